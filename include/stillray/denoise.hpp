@@ -25,6 +25,7 @@ enum class SignalGrouping : int {
   kDirectIndirect,   ///< as SVGF: direct and indirect light, diffuse and specular together
   kDiffuseSpecular,  ///< all diffuse light, all specular light
   kSingle,           ///< all light in one signal
+  kChannels,         ///< all light, in one signal for each of red, green and blue
 };
 
 enum class HistoryWeight : int {

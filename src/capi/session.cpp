@@ -418,6 +418,9 @@ Status Session::MemoryNeed(stillray_memory_need* need) {
 Image1 Session::VarianceOfPicture(const Settings& settings) const {
   Image1 sum(frame_.width, frame_.height);
   const Guides& g = frame_.guides;
+  // The noise of channels is that of the same samples: their deviations add up, not their
+  // variances.
+  const bool channels = settings.signals == SignalGrouping::kChannels;
   for (const SignalGroup& group : GroupsOf(settings.signals, HasTransmission(frame_))) {
     const std::string name = std::string("variance.") + group.name;
     const auto at = std::find_if(result_.images.begin(), result_.images.end(),
@@ -445,8 +448,13 @@ Image1 Session::VarianceOfPicture(const Settings& settings) const {
             }
             factor[c] = std::max(kAlbedoFloor, albedo);  // in this order NaN gives the floor
           }
+          for (int c = 0; c < 3; ++c) {
+            factor[c] = group.channel < 0 || group.channel == c ? factor[c] : 0.0f;
+          }
           const float luminance = Luminance709(factor[0], factor[1], factor[2]);
-          sum(x, y) += luminance * luminance * at->channels[0](x, y);
+          const float variance = luminance * luminance * at->channels[0](x, y);
+          const float deviation = std::sqrt(sum(x, y)) + std::sqrt(variance);
+          sum(x, y) = channels ? deviation * deviation : sum(x, y) + variance;
         }
       }
     });

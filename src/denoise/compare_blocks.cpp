@@ -15,12 +15,17 @@ float Finite(float value, float otherwise) {
   return std::isfinite(value) ? value : otherwise;
 }
 
-/// The luminance of what divided a signal.
+/// The luminance of what divided a signal; of one channel, the channel's part of it.
 float AlbedoAt(const AlbedoSum& albedo, int x, int y) {
   vec3 sum(0.0f);
   for (int i = 0; i < albedo.count; ++i) {
     const Image3& part = *albedo.part[i];
     sum += vec3(part[0](x, y), part[1](x, y), part[2](x, y));
+  }
+  if (const int c = albedo.channel; c >= 0) {
+    vec3 part(0.0f);
+    part[c] = albedo.count == 0 ? 1.0f : Finite(std::max(sum[c], kAlbedoFloor), 1.0f);
+    return Luminance709(part);
   }
   return albedo.count == 0 ? 1.0f : Finite(std::max(Luminance709(sum), kAlbedoFloor), 1.0f);
 }

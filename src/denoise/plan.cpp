@@ -308,7 +308,7 @@ LayerList LayersOf(const Settings& s, const FrameFacts& facts) {
     const GuideSource source =
         s.virtual_roughness > 0 ? SourceOf(signals[i], facts) : GuideSource::kSurface;
     if (list.count == 0 || list.layer[list.count - 1].guides != source) {
-      list.layer[list.count++] = {source, i, 0};
+      list.layer[list.count++] = {source, i, 0, signals[i].channel >= 0};
     }
     ++list.layer[list.count - 1].count;
   }

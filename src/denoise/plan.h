@@ -119,6 +119,7 @@ struct PlannedLayer {
   GuideSource guides = GuideSource::kSurface;
   size_t first = 0;
   size_t count = 0;
+  bool by_channel = false;  ///< each signal is one channel of colour
 
   friend bool operator==(const PlannedLayer&, const PlannedLayer&) = default;
 };

@@ -65,6 +65,7 @@ inline float Turn2At(const GuidePlanes& guides, int x, int y) {
 struct AlbedoSum {
   const Image3* part[3] = {};
   int count = 0;
+  int channel = -1;  ///< SignalGroup::channel of the signal that it divides
 };
 
 /// One signal of this frame before accumulation.

@@ -84,9 +84,10 @@ std::vector<Row> MakeTable() {
                 .group = "demodulate",
                 .help = "Grouping of light into signals, each with its own filter and history: "
                         "direct diffuse, indirect diffuse and specular; direct and indirect; "
-                        "diffuse and specular; all in one.",
-                .max = 3,
-                .choices = {"split", "direct_indirect", "diffuse_specular", "single"}},
+                        "diffuse and specular; all in one; all in one per channel of colour, each "
+                        "with its own variance.",
+                .max = 4,
+                .choices = {"split", "direct_indirect", "diffuse_specular", "single", "channels"}},
        .member = Choice<Settings, &Settings::signals>(),
        .history = Always<&Settings::signals>()},
       {.info = {.name = "demodulate",

@@ -18,6 +18,9 @@ struct SignalGroup {
   bool diffuse_albedo = false;       ///< divided by the sum of the albedos that are true: albedo,
   bool specular_albedo = false;      ///< specular albedo,
   bool transmission_albedo = false;  ///< and transmission albedo
+  /// Of the light: 0 red, 1 green, 2 blue. The signal is grey, all its components are this channel.
+  /// -1: all three.
+  int channel = -1;
 };
 
 /// The largest number of signals of GroupsOf.
@@ -42,6 +45,15 @@ inline std::vector<SignalGroup> MakeGroups(SignalGrouping grouping, bool with_tr
                true,
                true,
                t}};
+    case SignalGrouping::kChannels:
+      groups = MakeGroups(SignalGrouping::kSingle, t);
+      groups.resize(3, groups.front());
+      for (int c = 0; c < 3; ++c) {
+        constexpr const char* kNames[3] = {"red", "green", "blue"};
+        groups[static_cast<size_t>(c)].name = kNames[c];
+        groups[static_cast<size_t>(c)].channel = c;
+      }
+      return groups;
     case SignalGrouping::kDiffuseSpecular:
       groups = {{"diffuse", {kDirectDiffuse, kIndirectDiffuse}, true, false, false}};
       break;
@@ -62,12 +74,13 @@ inline std::vector<SignalGroup> MakeGroups(SignalGrouping grouping, bool with_tr
 /// \return a table that lives as long as the program
 inline std::span<const SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
   using enum SignalGrouping;
-  static const std::vector<SignalGroup> groups[4][2] = {
+  static const std::vector<SignalGroup> groups[5][2] = {
       {MakeGroups(kSplit, false), MakeGroups(kSplit, true)},
       {MakeGroups(kDirectIndirect, false), MakeGroups(kDirectIndirect, true)},
       {MakeGroups(kDiffuseSpecular, false), MakeGroups(kDiffuseSpecular, true)},
-      {MakeGroups(kSingle, false), MakeGroups(kSingle, true)}};
-  static_assert(static_cast<int>(kSingle) == 3);
+      {MakeGroups(kSingle, false), MakeGroups(kSingle, true)},
+      {MakeGroups(kChannels, false), MakeGroups(kChannels, true)}};
+  static_assert(static_cast<int>(kSingle) == 3 && static_cast<int>(kChannels) == 4);
   return groups[static_cast<int>(grouping)][with_transmission ? 1 : 0];
 }
 

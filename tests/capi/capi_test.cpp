@@ -149,8 +149,10 @@ TEST(CapiTest, IntermediatePicturesAreThoseOfCpp) {
   }
 }
 
-TEST(CapiTest, VarianceAndHistoryLengthForAdaptiveSamplers) {
+void ExpectVarianceAndHistoryLength(const char* signals) {
+  SCOPED_TRACE(signals);
   const DenoiserHandle denoiser = MakeDenoiser();
+  ASSERT_EQ(stillray_denoiser_set(denoiser.get(), "signals", signals), STILLRAY_OK);
   // So that the length is the number of frames, even beside noise.
   ASSERT_EQ(stillray_denoiser_set(denoiser.get(), "limit_history", "off"), STILLRAY_OK);
   constexpr int kSide = 64;
@@ -192,6 +194,11 @@ TEST(CapiTest, VarianceAndHistoryLengthForAdaptiveSamplers) {
     }
     before = noisy;
   }
+}
+
+TEST(CapiTest, VarianceAndHistoryLengthForAdaptiveSamplers) {
+  ExpectVarianceAndHistoryLength("split");
+  ExpectVarianceAndHistoryLength("channels");  // whose deviations add up, not variances
 }
 
 TEST(CapiTest, SeveralDenoisersAtOnceOnOneDevice) {

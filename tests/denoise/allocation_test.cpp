@@ -89,7 +89,7 @@ TEST(Allocation, NoneInTheSteadyState) {
 }
 
 TEST(Allocation, NoneWithAnyGroupingOrFireflies) {
-  for (const char* grouping : {"single", "direct_indirect", "diffuse_specular"}) {
+  for (const char* grouping : {"single", "direct_indirect", "diffuse_specular", "channels"}) {
     for (const char* firefly : {"off", "clamp", "compress"}) {
       Settings settings;
       EXPECT_TRUE(SetParameter(&settings, "signals", grouping).ok());

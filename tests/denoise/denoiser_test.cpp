@@ -85,6 +85,7 @@ std::vector<Settings> AllKindsOfSettings() {
                   {"luminance", "rec601"},
                   {"luminance_scale", "variance"}});
   add("default", {{"signals", "single"}, {"demodulate", "off"}, {"firefly", "clamp"}});
+  add("default", {{"signals", "channels"}});
   add("svgf", {{"firefly", "compress"},
                {"wavelet_id", "on"},
                {"steps", "4,2,1"},

@@ -111,6 +111,8 @@ inline std::vector<Settings> OtherSettings() {
       With("svgf", {{"depth_weight", "position"}, {"wavelet_id", "on"}, {"antialias", "off"}}),
       With("eaw", {{"depth_weight", "position"}, {"position_sigma", "0.3"}}),
       With("default", {{"depth_weight", "position"}, {"curvature", "0"}, {"sigma_n", "16"}}),
+      With("psvgf", {{"signals", "channels"}}),
+      With("default", {{"signals", "channels"}, {"antialias", "taa"}, {"firefly", "compress"}}),
       With("psvgf", {{"prefilter_variance", "once"},
                      {"luminance_epsilon", "0"},
                      {"luminance_floor", "0.05"},

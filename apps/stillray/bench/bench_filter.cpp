@@ -42,6 +42,7 @@ size_t SignalsOf(const Settings& settings) {
     case SignalGrouping::kSingle:
       return 1;
     case SignalGrouping::kSplit:
+    case SignalGrouping::kChannels:
       return 3;
     default:
       return 2;

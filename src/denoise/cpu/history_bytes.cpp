@@ -24,7 +24,7 @@ struct Header {
   uint32_t signal_count = 0;
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
   /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
-  /// the refraction, 512: followed light
+  /// the refraction, 512: followed light, 1024: signals by channel of colour
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
@@ -181,7 +181,8 @@ bool BeginsWith(std::span<const uint8_t> bytes, const char (&magic)[8]) {
 }  // namespace
 
 KeptHistory KeptBy(const Settings& s) {
-  return {GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(), LayoutOf(s)};
+  return {GroupsOf(s.signals, false).size(), GroupsOf(s.signals, true).size(), LayoutOf(s),
+          s.signals == SignalGrouping::kChannels};
 }
 
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes) {
@@ -196,6 +197,12 @@ Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept) {
   if (claims.signals != kept.least && claims.signals != kept.most) {
     return Status::BadData(fmt::format("saved history has {} signals, the settings ask for {}",
                                        claims.signals, kept.least));
+  }
+  if (claims.by_channel != kept.by_channel) {
+    return Status::BadData(
+        fmt::format("saved history has signals of {}, the settings ask for those of {}",
+                    claims.by_channel ? "channels" : "kinds of light",
+                    kept.by_channel ? "channels" : "kinds of light"));
   }
   if (claims.layout.with_compressed != kept.layout.with_compressed) {
     return Status::BadData(fmt::format(
@@ -227,7 +234,8 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
                  (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u) |
                  (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
                  (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u) |
-                 (state.progress.has_followed ? 512u : 0u);
+                 (state.progress.has_followed ? 512u : 0u) |
+                 (state.list.count > 0 && state.list.layer[0].by_channel ? 1024u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.progress.feedback_progress;
   header.residual_signals = ResidualsOf(state);
@@ -269,9 +277,9 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
         "saved history was not written by this version of stillray on such a machine");
   }
   const HistoryLayout layout = {(header.flags & 4u) != 0, (header.flags & 8u) != 0};
-  STILLRAY_RETURN_IF_ERROR(CheckClaims(
-      {header.width, header.height, header.signal_count, layout, header.feedback_progress},
-      KeptBy(settings)));
+  STILLRAY_RETURN_IF_ERROR(CheckClaims({header.width, header.height, header.signal_count, layout,
+                                        header.feedback_progress, (header.flags & 1024u) != 0},
+                                       KeptBy(settings)));
   const Result<LayerList> layers = LayersOf(header, settings);
   STILLRAY_RETURN_IF_ERROR(layers.status());
   if (header.residual_signals >> header.signal_count != 0) {

@@ -23,6 +23,7 @@ struct KeptHistory {
   size_t least = 1;  ///< signals of frames without transmission
   size_t most = 1;   ///< signals of frames with transmission
   HistoryLayout layout;
+  bool by_channel = false;  ///< each signal is one channel of colour
 };
 KeptHistory KeptBy(const Settings& settings);
 
@@ -33,6 +34,7 @@ struct HistoryClaims {
   size_t signals = 0;
   HistoryLayout layout;
   float feedback_progress = 0;
+  bool by_channel = false;
 };
 
 /// \return kBadData naming the claim that is out of range or does not match the settings

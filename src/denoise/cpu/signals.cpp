@@ -126,6 +126,7 @@ void KeepLimits(const CpuPipeline& p, const LayerHistory& history, const LayerWo
 
 AlbedoSum AlbedosOf(const DemodulateParameters& p, const SignalGroup& signal, const Guides& g) {
   AlbedoSum sum;
+  sum.channel = signal.channel;
   const auto add = [&](bool used, const Image3& albedo) {
     if (p.demodulate != 0 && used && !albedo.empty()) {
       sum.part[sum.count++] = &albedo;
@@ -144,8 +145,10 @@ void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, Laye
   {
     const StageTimer timer(&out->timings, "demodulate");
     const DemodulateCounts counts = p.stages.demodulate(RadianceOf(p, in, group, &light), &light);
-    out->non_finite += counts.non_finite;
-    out->negative += counts.negative;
+    if (group.channel <= 0) {  // the others have the same invalid pixels
+      out->non_finite += counts.non_finite;
+      out->negative += counts.negative;
+    }
   }
   if (p.plan.runs.clamp_fireflies || p.plan.runs.compress_light) {
     const StageTimer timer(&out->timings, "suppress_fireflies");

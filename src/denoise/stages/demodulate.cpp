@@ -5,6 +5,7 @@
 #include "core/colour_shared.h"
 #include "core/parallel.h"
 #include "denoise/simd/picture_parts.h"
+#include "denoise/stages/demodulate_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/demodulate.cpp"
@@ -32,6 +33,10 @@ HWY_INLINE Colour LoadColour(const Image3& image, int x, int y) {
           hn::LoadU(d, image[2].Row(y) + x)};
 }
 
+HWY_INLINE VF ChannelOf(const Colour& c, int channel) {
+  return channel == 0 ? c.r : channel == 1 ? c.g : c.b;
+}
+
 HWY_INLINE MF IsFiniteColour(const Colour& c) {
   return hn::And(IsFiniteLane(c.r), hn::And(IsFiniteLane(c.g), IsFiniteLane(c.b)));
 }
@@ -40,6 +45,16 @@ HWY_INLINE Colour DivideByAlbedo(const Colour& light, const Colour& albedo) {
   const VF least = hn::Set(DF(), kAlbedoFloor);
   return {hn::Div(light.r, hn::Max(albedo.r, least)), hn::Div(light.g, hn::Max(albedo.g, least)),
           hn::Div(light.b, hn::Max(albedo.b, least))};
+}
+
+HWY_INLINE VF ChannelDeviation(VF mean, VF mean_luminance, VF own, VF albedo) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF least = hn::Set(d, kAlbedoFloor);
+  const MF lit = hn::Gt(mean_luminance, zero);
+  const VF divisor = hn::IfThenElse(lit, mean_luminance, hn::Set(d, 1.0f));
+  const VF hue = hn::IfThenElseZero(lit, hn::Div(hn::Max(mean, zero), divisor));
+  return hn::Div(hn::Mul(hue, hn::Max(own, least)), hn::Max(albedo, least));
 }
 
 HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colour& albedo) {
@@ -56,7 +71,10 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
         in.own_albedo[i] != nullptr ? LoadColour(*in.own_albedo[i], x, y) : Colour{one, one, one};
     const Colour light = DivideByAlbedo(LoadColour(*in.radiance[i], x, y), own);
     const VF mean = Luminance(light.r, light.g, light.b, false);
-    const VF ratio = hn::Div(hn::Max(Luminance(own.r, own.g, own.b, false), least), signal);
+    VF ratio = hn::Div(hn::Max(Luminance(own.r, own.g, own.b, false), least), signal);
+    if (const int c = in.albedo.channel; c >= 0) {
+      ratio = ChannelDeviation(ChannelOf(light, c), mean, ChannelOf(own, c), ChannelOf(albedo, c));
+    }
     const VF moment = hn::LoadU(d, in.second_moment[i]->Row(y) + x);
     const VF variance = hn::Max(hn::NegMulAdd(mean, mean, moment), hn::Zero(d));
     sum = hn::MulAdd(variance, hn::Mul(ratio, ratio), sum);
@@ -119,7 +137,11 @@ DemodulateCounts DemodulateRow(const DemodulateInput& in, const NextRow<40>& nex
     counts.non_finite += static_cast<int64_t>(hn::CountTrue(d, hn::AndNot(finite, sampled)));
     counts.negative +=
         static_cast<int64_t>(hn::CountTrue(d, hn::And(hn::And(finite, negative), sampled)));
-    const VF luminance = Luminance(sum.r, sum.g, sum.b, in.luminance_rec601);
+    VF luminance = Luminance(sum.r, sum.g, sum.b, in.luminance_rec601);
+    if (in.albedo.channel >= 0) {
+      luminance = ChannelOf(sum, in.albedo.channel);
+      sum = {luminance, luminance, luminance};
+    }
     store(hn::IfThenElseZero(usable, luminance), colour[0], x);
     store(hn::IfThenElseZero(usable, sum.r), colour[1], x);
     store(hn::IfThenElseZero(usable, sum.b), colour[2], x);

@@ -4,8 +4,10 @@
 /// demodulate: divides light by albedo, sums the lights of one signal, and marks invalid samples as
 /// missing. Source: SVGF section 3, PSVGF section 4.1. Departs from them: a sample that is NaN,
 /// infinite or negative in any channel, or whose albedo is not finite, is missing (samples = 0) and
-/// is counted; light that is negative within rounding is zero (see negative_limit.h). No state.
-/// Border: none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per pixel.
+/// is counted; light that is negative within rounding is zero (see negative_limit.h). A signal of
+/// one channel (AlbedoSum::channel) is grey, with that channel as luminance, red and blue. No
+/// state. Border: none. Reads 12 bytes per light and 0 to 36 of albedo, writes 16 to 20 bytes per
+/// pixel.
 #pragma once
 
 #include <atomic>

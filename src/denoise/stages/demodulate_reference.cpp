@@ -6,6 +6,7 @@
 #include "core/colour.h"
 #include "core/colour_shared.h"
 #include "denoise/stages/demodulate.h"
+#include "denoise/stages/demodulate_shared.h"
 
 namespace stillray::reference {
 namespace {
@@ -35,9 +36,12 @@ float WithinVariance(const DemodulateInput& in, int x, int y, vec3 albedo) {
       continue;
     }
     const vec3 own = in.own_albedo[i] != nullptr ? Load(*in.own_albedo[i], x, y) : vec3(1.0f);
-    const float mean = Luminance709(stillray::Demodulate(Load(*in.radiance[i], x, y), own));
-    const float ratio =
-        std::max(Luminance709(own), kAlbedoFloor) / std::max(Luminance709(albedo), kAlbedoFloor);
+    const vec3 light = stillray::Demodulate(Load(*in.radiance[i], x, y), own);
+    const float mean = Luminance709(light);
+    const int c = in.albedo.channel;
+    const float ratio = c >= 0 ? ChannelDeviation(light[c], mean, own[c], albedo[c])
+                               : std::max(Luminance709(own), kAlbedoFloor) /
+                                     std::max(Luminance709(albedo), kAlbedoFloor);
     const float variance = std::max((*in.second_moment[i])(x, y) - mean * mean, 0.0f);
     sum += variance * ratio * ratio;
   }
@@ -62,14 +66,18 @@ DemodulateCounts Demodulate(const DemodulateInput& in, NewLight* out) {
         sum += max(light, vec3(0.0f));
       }
       const vec3 albedo = divide ? AlbedoOf(in, x, y) : vec3(1.0f);
-      const vec3 colour = divide ? stillray::Demodulate(sum, albedo) : sum;
+      vec3 colour = divide ? stillray::Demodulate(sum, albedo) : sum;
       finite = finite && IsFinite(colour) && IsFinite(albedo);
       const float given = in.samples != nullptr ? (*in.samples)(x, y) : 1.0f;
       const bool usable = finite && !negative && given > 0 && std::isfinite(given);
       counts.non_finite += given > 0 && !finite ? 1 : 0;
       counts.negative += given > 0 && finite && negative ? 1 : 0;
-      const float luminance = in.luminance_rec601 ? Luminance601(colour.x, colour.y, colour.z)
-                                                  : Luminance709(colour.x, colour.y, colour.z);
+      float luminance = in.luminance_rec601 ? Luminance601(colour.x, colour.y, colour.z)
+                                            : Luminance709(colour.x, colour.y, colour.z);
+      if (in.albedo.channel >= 0) {
+        luminance = colour[in.albedo.channel];
+        colour = vec3(luminance);
+      }
       out->colour[0](x, y) = usable ? luminance : 0.0f;
       out->colour[1](x, y) = usable ? colour.x : 0.0f;
       out->colour[2](x, y) = usable ? colour.z : 0.0f;

@@ -23,25 +23,39 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
+/// What multiplies a channel of a signal.
+HWY_INLINE VF AlbedoFactor(const AlbedoSum& albedo, int c, int x, int y) {
+  const DF d;
+  VF factor = hn::Set(d, 1.0f);
+  if (albedo.count > 0) {
+    factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
+    for (int i = 1; i < albedo.count; ++i) {
+      factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
+    }
+    factor = hn::IfThenElse(IsFiniteLane(factor), hn::Max(factor, hn::Set(d, kAlbedoFloor)),
+                            hn::Set(d, 1.0f));
+  }
+  return factor;
+}
+
 /// Adds the radiance of a signal.
 HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y, VF sum[3]) {
   const DF d;
   const LumaImage3& light = *signal.light;
   const AlbedoSum& albedo = signal.albedo;
+  const int channel = albedo.channel;
+  if (channel >= 0) {
+    const VF value = hn::LoadU(d, light[0].Row(y) + x);
+    for (int c = 0; c < 3; ++c) {  // no variable index, which would keep sums in memory
+      sum[c] = c == channel ? hn::MulAdd(value, AlbedoFactor(albedo, c, x, y), sum[c]) : sum[c];
+    }
+    return;
+  }
   const VF r = hn::LoadU(d, light[1].Row(y) + x);
   const VF b = hn::LoadU(d, light[2].Row(y) + x);
   const VF rgb[3] = {r, Green(hn::LoadU(d, light[0].Row(y) + x), r, b, rec601), b};
   for (int c = 0; c < 3; ++c) {
-    VF factor = hn::Set(d, 1.0f);
-    if (albedo.count > 0) {
-      factor = hn::LoadU(d, (*albedo.part[0])[c].Row(y) + x);
-      for (int i = 1; i < albedo.count; ++i) {
-        factor = hn::Add(factor, hn::LoadU(d, (*albedo.part[i])[c].Row(y) + x));
-      }
-      factor = hn::IfThenElse(IsFiniteLane(factor), hn::Max(factor, hn::Set(d, kAlbedoFloor)),
-                              hn::Set(d, 1.0f));
-    }
-    sum[c] = hn::MulAdd(rgb[c], factor, sum[c]);
+    sum[c] = hn::MulAdd(rgb[c], AlbedoFactor(albedo, c, x, y), sum[c]);
   }
 }
 

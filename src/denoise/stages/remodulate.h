@@ -17,7 +17,8 @@ namespace stillray {
 /// Antialias multiplies the picture by less than 2 and subtracts.
 inline constexpr float kMostPicture = 1e37f;
 
-/// A filtered signal (luminance, red, blue), and the albedos that divided it.
+/// A filtered signal (luminance, red, blue), and the albedos that divided it. One of a single
+/// channel (AlbedoSum::channel) is added to that channel of the picture alone.
 struct SignalLight {
   const LumaImage3* light = nullptr;
   AlbedoSum albedo;

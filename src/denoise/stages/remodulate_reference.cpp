@@ -14,6 +14,10 @@ vec3 Radiance(const SignalLight& signal, const RemodulateParameters& p, int x, i
   const float r = (*signal.light)[1](x, y);
   const float b = (*signal.light)[2](x, y);
   vec3 rgb = {r, p.luminance_rec601 ? Green601(l, r, b) : Green709(l, r, b), b};
+  if (signal.albedo.channel >= 0) {
+    rgb = vec3(0.0f);
+    rgb[signal.albedo.channel] = l;
+  }
   for (int c = 0; c < 3 && signal.albedo.count > 0; ++c) {
     float factor = 0;
     for (int i = 0; i < signal.albedo.count; ++i) {

@@ -41,6 +41,12 @@ void main() {
     vec3 sum = AlbedosOf(s) != 0 ? AlbedoSum(s, p) : vec3(1.0f);
     float divisor = AlbedosOf(s) != 0 ? max(Luminance709(sum.x, sum.y, sum.z), kAlbedoFloor) : 1.0f;
     divisor = IsFinite(divisor) ? divisor : 1.0f;
+    if (by_channel != 0) {
+      int c = ChannelOf(s);
+      vec3 part = vec3(0.0f);
+      part[c] = IsFinite(sum[c]) ? max(sum[c], kAlbedoFloor) : 1.0f;
+      divisor = Luminance709(part.x, part.y, part.z);
+    }
     bool follows = s < antialias.follow_light;
     reflected += follows ? divisor * max(l, 0.0f) : 0.0f;
     albedo += follows ? divisor : 0.0f;

@@ -102,6 +102,7 @@ class FramePipeline {
   /// Transitions all images to their layout, once, and clears the state.
   void PrepareImages(VkCommandBuffer commands);
   bool has_transmission() const { return transmission_; }
+  bool by_channel() const { return groups_.front().channel >= 0; }
 
  private:
   explicit FramePipeline(const gpu::DeviceContext* context);

@@ -47,6 +47,7 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   int albedos_of_1;
   int albedos_of_2;
   int albedos_of_3;
+  int by_channel;   // 1: signal c is channel c of the light
   int own_albedos;  // as albedos, whether or not light is divided
   int has_samples;
   int has_id;

@@ -80,6 +80,11 @@ float Luminance(vec3 c) {
                                           : Luminance709(c.x, c.y, c.z);
 }
 
+// The channel of the light that the signal consists of; -1: all.
+int ChannelOf(int signal) {
+  return by_channel != 0 ? signal : -1;
+}
+
 struct NewLight {
   vec3 colour;  // luminance, red, blue (LumaImage3 on the CPU); zero where the sample is missing
   float samples;
@@ -107,12 +112,17 @@ NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   float given = GivenSamples(p);
   bool usable = finite && !negative && given > 0.0f && IsFinite(given);
   float l = Luminance(colour);
+  if (by_channel != 0) {
+    l = colour[ChannelOf(signal)];
+    colour = vec3(l);
+  }
   NewLight result;
   float scale = demodulate.firefly == 2 ? CompressScale(l) : 1.0f;
   result.colour = usable ? scale * vec3(l, colour.x, colour.z) : vec3(0.0f);
   result.samples = usable ? given : 0.0f;
-  result.non_finite = given > 0.0f && !finite;
-  result.negative = given > 0.0f && finite && negative;
+  bool is_first = ChannelOf(signal) <= 0;  // the other channels have the same invalid pixels
+  result.non_finite = is_first && given > 0.0f && !finite;
+  result.negative = is_first && given > 0.0f && finite && negative;
   return result;
 }
 
@@ -131,6 +141,10 @@ float WithinVariance(int signal, ivec2 p) {
     float mean = Luminance709(mean_colour.x, mean_colour.y, mean_colour.z);
     float ratio = max(Luminance709(own.x, own.y, own.z), kAlbedoFloor) /
                   max(Luminance709(albedo.x, albedo.y, albedo.z), kAlbedoFloor);
+    if (by_channel != 0) {
+      int c = ChannelOf(signal);
+      ratio = ChannelDeviation(mean_colour[c], mean, own[c], albedo[c]);
+    }
     sum += max(LoadSecondMoment(k, p) - mean * mean, 0.0f) * ratio * ratio;
   }
   return IsFinite(sum) ? sum : 0.0f;

@@ -3,6 +3,7 @@
 
 #include "denoise/vulkan/parameters.h"
 
+#include "core/check.h"
 #include "core/negative_limit.h"
 
 namespace stillray::vulkan {
@@ -25,6 +26,9 @@ void SetSignals(const FramePlan& plan, FrameParameters* p) {
   int light_masks[kMostGroups] = {};
   int albedo_masks[kMostGroups] = {};
   for (size_t i = 0; i < plan.signals.size(); ++i) {
+    const int channel = plan.signals[i].channel;
+    STILLRAY_CHECK(channel < 0 || static_cast<size_t>(channel) == i);
+    p->by_channel = channel < 0 ? 0 : 1;
     light_masks[i] = LightMask(plan.signals[i]);
     albedo_masks[i] = AlbedoMask(plan.signals[i]);
   }

@@ -22,6 +22,10 @@ vec3 Radiance(int s, ivec2 p) {
   vec3 rgb = vec3(
       c.y, demodulate.luminance_rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z),
       c.z);
+  if (by_channel != 0) {
+    rgb = vec3(0.0f);
+    rgb[ChannelOf(s)] = c.x;
+  }
   if (AlbedosOf(s) != 0) {
     vec3 factor = AlbedoSum(s, p);
     for (int c = 0; c < 3; ++c) {

@@ -29,6 +29,7 @@ enum Flag : uint32_t {
   kHasHeldId = 128,
   kJittered = 256,
   kHasFollowed = 512,
+  kByChannel = 1024,
 };
 
 struct Header {
@@ -143,7 +144,7 @@ Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held
             flag(pipeline.has_transmission(), kHasTransmission) |
             flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
             flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered) |
-            flag(progress.has_followed, kHasFollowed);
+            flag(progress.has_followed, kHasFollowed) | flag(pipeline.by_channel(), kByChannel);
   h.held_colours = held.any ? held.colours : 0;
   h.feedback_progress = progress.feedback_progress;
   return h;
@@ -303,7 +304,8 @@ Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Sett
                                         h.height,
                                         h.signals,
                                         {h.Has(kHasCompressed), h.Has(kHasBehind)},
-                                        h.feedback_progress},
+                                        h.feedback_progress,
+                                        h.Has(kByChannel)},
                                        KeptBy(settings)));
   if (h.Has(kIsHalf) != (storage == Storage::kHalf)) {
     return Status::BadData(fmt::format("saved history is of {} bits, this denoiser keeps {}",
