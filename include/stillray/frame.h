@@ -27,7 +27,8 @@ enum class SignalKind : uint8_t {
   kDirectSpecular,    ///< direct light, specularly reflected or refracted
   kIndirectSpecular,  ///< specularly reflected or refracted light of other surfaces
   /// Light transmitted through the first surface, for renderers that separate it from reflection.
-  /// stillray's path tracer counts it as specular.
+  /// stillray's path tracer does so in frames with virtual guides, for smooth glass and
+  /// alpha-blended surfaces; otherwise it counts as specular.
   kDirectTransmission,
   kIndirectTransmission,
 };
@@ -108,6 +109,8 @@ class FrameOnDevice {
   virtual uint64_t bytes() const = 0;  ///< of device memory
   /// Whether the frame has virtual guides of specular light, which Download copies.
   virtual bool has_reflection() const { return false; }
+  /// ... of transmitted light.
+  virtual bool has_refraction() const { return false; }
 };
 
 struct Frame {

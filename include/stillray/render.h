@@ -81,8 +81,9 @@ struct RenderSettings {
   std::optional<float> focus;     ///< Lens::focus: 0..kMaxFocus
   std::optional<int> blades;      ///< Lens::blades: 0, or 3..kMaxBlades; also without a mask then
   std::optional<float> blade_rotation;  ///< Lens::rotation, -180..180
-  /// Frame::reflection for smooth surfaces: extra rays where there are some. Not with
-  /// GuideCoverage::kSparse, and not through a lens.
+  /// Frame::reflection for smooth surfaces, and Frame::refraction with transmission signals for
+  /// what is seen through glass and alpha-blended surfaces: extra rays, and in the latter pixels a
+  /// second path for each sample. Not with GuideCoverage::kSparse, and not through a lens.
   bool virtual_guides = true;
   /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
   /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.
@@ -114,8 +115,10 @@ Status ValidateRenderSettings(const RenderSettings& settings);
 bool SameLight(const RenderSettings& a, const RenderSettings& b);
 
 /// Signals of a rendered frame: direct and indirect, diffuse and specular, in the order of
-/// SignalKind.
+/// SignalKind. With RenderSettings::virtual_guides, frames of scenes with glass or alpha-blended
+/// surfaces also have both transmission signals.
 inline constexpr int kTracedSignalCount = 4;
+inline constexpr int kMostTracedSignals = kSignalKindCount;
 
 /// A camera at any position.
 struct CameraPose {

@@ -43,7 +43,7 @@ typedef struct stillray_vulkan_options {
   int32_t timestamps;     /* not 0: measure the stages */
   /* not 0: pixels with depth 0 and no sample have unknown guides, which are completed */
   int32_t incomplete_guides;
-  /* not 0: frames have virtual guides, by which reflected light is denoised */
+  /* not 0: frames have virtual guides, by which reflected and transmitted light is denoised */
   int32_t virtual_guides;
 } stillray_vulkan_options;
 #define STILLRAY_VULKAN_OPTIONS_INIT \
@@ -79,10 +79,16 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_REFLECTION_MOTION = 29,
   STILLRAY_VULKAN_REFLECTION_ID = 30,
   STILLRAY_VULKAN_REFLECTION_ALBEDO = 31,
-  STILLRAY_VULKAN_SLOT_COUNT = 32
+  /* What is seen through them: likewise, with virtual_guides and transmission. */
+  STILLRAY_VULKAN_REFRACTION_DEPTH = 32,
+  STILLRAY_VULKAN_REFRACTION_NORMAL = 33,
+  STILLRAY_VULKAN_REFRACTION_MOTION = 34,
+  STILLRAY_VULKAN_REFRACTION_ID = 35,
+  STILLRAY_VULKAN_REFRACTION_ALBEDO = 36,
+  STILLRAY_VULKAN_SLOT_COUNT = 37
 } stillray_vulkan_slot;
 /* Capacity of stillray_vulkan_frame. */
-#define STILLRAY_VULKAN_SLOT_ROOM 32
+#define STILLRAY_VULKAN_SLOT_ROOM 48
 
 /* This struct does not grow. */
 typedef struct stillray_vulkan_image {

@@ -39,9 +39,10 @@ struct VulkanOptions {
   /// on the device (docs/denoiser.md, fill_guides), together with the images below, which takes
   /// memory. `samples` and `motion` must be given then.
   bool incomplete_guides = false;
-  /// Frames have virtual guides: reflected light is denoised by them, in a filter of its own, which
-  /// takes memory and time (docs/gpu.md). It is as long as the setting `virtual_roughness` is
-  /// above 0 and `signals` keeps specular light apart (`split` or `light`).
+  /// Frames have virtual guides: reflected light, and with `transmission` transmitted light too,
+  /// are denoised by them, each in a filter of its own, which takes memory and time (docs/gpu.md).
+  /// They are as long as the setting `virtual_roughness` is above 0 and `signals` keeps these
+  /// lights apart (`split` or `diffuse_specular`).
   bool virtual_guides = false;
 };
 
@@ -53,8 +54,8 @@ struct VulkanImage {
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;
 };
 
-/// What is seen in smooth surfaces: see VirtualGuides. Given as a whole (`id` with VulkanFrame::id)
-/// or not at all.
+/// What is seen in smooth surfaces, or through them: see VirtualGuides. Given as a whole (`id` with
+/// VulkanFrame::id) or not at all.
 struct VulkanVirtualGuides {
   VulkanImage depth;
   VulkanImage normal;
@@ -90,9 +91,12 @@ struct VulkanFrame {
   VulkanImage roughness;
   VulkanImage confidence;       ///< see Frame::confidence
   VulkanImage previous_normal;  ///< see Guides::previous_normal
-  /// Of reflections, with VulkanOptions::virtual_guides. `roughness`, `motion`, `albedo` and
+  /// Of reflected light, with VulkanOptions::virtual_guides. `roughness`, `motion`, `albedo` and
   /// `specular_albedo` must be given too. A frame without them begins a new history.
   VulkanVirtualGuides reflection;
+  /// Of transmitted light, if VulkanOptions::transmission is set as well; likewise, with
+  /// `transmission_albedo` in place of `specular_albedo`.
+  VulkanVirtualGuides refraction;
 
   /// The result: scene-linear, R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT if `colour_is_half`.
   VulkanImage colour;

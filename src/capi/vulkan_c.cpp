@@ -83,9 +83,25 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
       image(STILLRAY_VULKAN_REFLECTION_DEPTH), image(STILLRAY_VULKAN_REFLECTION_NORMAL),
       image(STILLRAY_VULKAN_REFLECTION_MOTION), image(STILLRAY_VULKAN_REFLECTION_ID),
       image(STILLRAY_VULKAN_REFLECTION_ALBEDO)};
+  frame.refraction = {
+      image(STILLRAY_VULKAN_REFRACTION_DEPTH), image(STILLRAY_VULKAN_REFRACTION_NORMAL),
+      image(STILLRAY_VULKAN_REFRACTION_MOTION), image(STILLRAY_VULKAN_REFRACTION_ID),
+      image(STILLRAY_VULKAN_REFRACTION_ALBEDO)};
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   return frame;
+}
+
+/// Refuses images that only later versions know.
+Status CheckSlots(const stillray_vulkan_frame& frame) {
+  for (int slot = STILLRAY_VULKAN_SLOT_COUNT; slot < STILLRAY_VULKAN_SLOT_ROOM; ++slot) {
+    if (frame.images[slot].view != VK_NULL_HANDLE) {
+      return Status::InvalidArgument(
+          fmt::format("frame {}: images[{}] is given, expected images up to {}", frame.index, slot,
+                      STILLRAY_VULKAN_SLOT_COUNT - 1));
+    }
+  }
+  return Status::Ok();
 }
 
 template <typename Body>
@@ -163,8 +179,7 @@ stillray_error stillray_vulkan_record(stillray_vulkan_denoiser* denoiser, VkComm
   return WithDenoiser(denoiser, [&](VulkanDenoiser* d) {
     stillray_vulkan_frame f;
     STILLRAY_RETURN_IF_ERROR(ReadStruct(frame, "frame", "stillray_vulkan_frame", &f));
-    static_assert(STILLRAY_VULKAN_SLOT_COUNT == STILLRAY_VULKAN_SLOT_ROOM,
-                  "images beyond those that are read here must be refused");
+    STILLRAY_RETURN_IF_ERROR(CheckSlots(f));
     return d->Record(commands, FrameOf(f));
   });
 }

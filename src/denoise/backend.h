@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "denoise/guide_source.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -42,20 +43,21 @@ class DenoiserBackend {
 };
 
 /// Parts of a frame whose pixels a renderer left on the device, as frames that are on the device
-/// too: a layer of reflected light, and the rest. See LayeredDenoiser. Parts are for denoisers on
-/// the same device: first the layer, which must exist until the rest has been denoised, then the
-/// rest, before parts of another frame are made.
+/// too: layers of reflected and of transmitted light, and the rest. See LayeredDenoiser. Parts are
+/// for denoisers on the same device: first the layers, which must exist until the rest has been
+/// denoised, then the rest, before parts of another frame are made.
 class FrameSplit {
  public:
   virtual ~FrameSplit() = default;
-  /// Specular light with the guides of select_guides.
-  /// \param frame  DeviceBackend::Holds it, and it has virtual guides
+  /// Reflected or transmitted light with the guides of select_guides.
+  /// \param frame  DeviceBackend::Holds it, and it has virtual guides of this source
   /// \return kOutOfMemory, or errors of the device
-  virtual Result<Frame> MakeLayer(const Frame& frame, float virtual_roughness) = 0;
-  /// The frame with black specular light and the motion of FollowImages; the picture of its layer
-  /// is part of its emission.
+  virtual Result<Frame> MakeLayer(const Frame& frame, GuideSource source,
+                                  float virtual_roughness) = 0;
+  /// The frame whose light in the layers that exist is black, with the motion of FollowImages; the
+  /// pictures of its layers are part of its emission.
   virtual Result<Frame> MakeRest(const Frame& frame) = 0;
-  /// Appends the device's times for both parts of the last frame.
+  /// Appends the device's times for all parts of the last frame.
   virtual void AddTimes(std::vector<StageTime>* times) const = 0;
   virtual DeviceMemory memory() const = 0;
 };

@@ -24,12 +24,6 @@ namespace {
 constexpr GuideSource kImages[] = {GuideSource::kReflection, GuideSource::kRefraction};
 constexpr size_t kImageCount = 2;
 
-bool IsLightOf(GuideSource source, SignalKind kind) {
-  const bool transmitted =
-      kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
-  return IsSharpAtMirrors(kind) && transmitted == (source == GuideSource::kRefraction);
-}
-
 const PlannedLayer* LayerOf(const LayerList& list, GuideSource source) {
   const auto* at = std::find_if(list.begin(), list.end(),
                                 [&](const PlannedLayer& layer) { return layer.guides == source; });
@@ -80,16 +74,12 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   layer.confidence = frame.confidence;
   const Guides& g = frame.guides;
   const Image3& own = SurfaceAlbedoOf(g, source);
-  Image3& albedo = layer.guides.specular_albedo;
+  Image3& albedo = SurfaceAlbedoOf(layer.guides, source);
   cpu::SelectGuides({&g, &ImageOf(frame, source), &g.roughness, &own, &g.previous_normal},
-                    {.virtual_roughness = virtual_roughness}, &layer.guides, &albedo);
+                    SelectGuidesOf(virtual_roughness, source), &layer.guides, &albedo);
   for (const Signal& signal : frame.signals) {
     if (IsLightOf(source, signal.kind)) {
       Signal& copy = layer.signals.emplace_back(signal);
-      // All light of the layer is divided by its only albedo.
-      const bool direct = signal.kind == SignalKind::kDirectSpecular ||
-                          signal.kind == SignalKind::kDirectTransmission;
-      copy.kind = direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular;
       if (!signal.second_moment.empty()) {
         copy.second_moment = RescaledMoments(signal, own, albedo);
       }
@@ -182,6 +172,7 @@ class LayeredDenoiser : public DenoiserBackend {
                          DenoisedFrame* out);
   Status DenoiseOnHost(const Frame& frame, std::span<const SignalHistory> future,
                        DenoisedFrame* out);
+  void AddLayers(const std::array<DenoisedFrame, kImageCount>& pictures, DenoisedFrame* out) const;
   std::vector<std::string> OutputsOfLayer(size_t image) const;
   Status MakeLayer(size_t image);
   Frame WithoutLayers(const Frame& frame) const;
@@ -306,24 +297,29 @@ Status LayeredDenoiser::Denoise(const Frame& frame, std::span<const SignalHistor
   return DenoiseOnHost(**host, future, out);
 }
 
-/// Frames on a device have no transmitted light: their only layer is the reflection.
 Status LayeredDenoiser::DenoiseOnDevice(const Frame& frame, std::span<const SignalHistory> future,
                                         DenoisedFrame* out) {
-  DenoiserBackend& denoiser = *layer_.front();
-  const PlannedLayer& planned = *LayerOf(list_, kImages[0]);
-  const Result<Frame> layer = split_->MakeLayer(frame, settings_.virtual_roughness);
-  STILLRAY_RETURN_IF_ERROR(layer.status());
-  DenoisedFrame picture;
-  // On the host only for MergeOutputs.
-  denoiser.SetResults({.colour = !outputs_.empty()});
-  STILLRAY_RETURN_IF_ERROR(denoiser.Denoise(
-      *layer, future.empty() ? future : future.subspan(planned.first, planned.count), &picture));
+  std::array<DenoisedFrame, kImageCount> pictures;
+  std::vector<Frame> layers;  // until the rest has been denoised
+  for (size_t i = 0; i < kImageCount; ++i) {
+    if (layer_[i] == nullptr) {
+      continue;
+    }
+    const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
+    Result<Frame> layer = split_->MakeLayer(frame, kImages[i], settings_.virtual_roughness);
+    STILLRAY_RETURN_IF_ERROR(layer.status());
+    // On the host only for MergeOutputs.
+    layer_[i]->SetResults({.colour = !outputs_.empty()});
+    STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
+        *layer, future.empty() ? future : future.subspan(planned.first, planned.count),
+        &pictures[i]));
+    layers.push_back(std::move(*layer));
+  }
   const Result<Frame> rest = split_->MakeRest(frame);
   STILLRAY_RETURN_IF_ERROR(rest.status());
   STILLRAY_RETURN_IF_ERROR(main_->Denoise(*rest, FutureWithoutLayers(frame, future), out));
   split_->AddTimes(&out->timings);
-  AddCounts(picture, out);
-  MergeOutputs(kImages[0], picture, out);
+  AddLayers(pictures, out);
   return Status::Ok();
 }
 
@@ -339,7 +335,7 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
     const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness);
     layer_[i]->SetResults(Results());
     FollowImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
-                 &rest.guides.motion);
+                 OtherAlbedoOf(frame.guides, kImages[i]), &rest.guides.motion);
     STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
@@ -347,13 +343,19 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
   }
   const std::vector<SignalHistory> of_rest = FutureWithoutLayers(frame, future);
   STILLRAY_RETURN_IF_ERROR(main_->Denoise(rest, of_rest, out));
+  AddLayers(pictures, out);
+  return Status::Ok();
+}
+
+/// Adds counts, times and outputs of the layers.
+void LayeredDenoiser::AddLayers(const std::array<DenoisedFrame, kImageCount>& pictures,
+                                DenoisedFrame* out) const {
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] != nullptr) {
       AddCounts(pictures[i], out);
       MergeOutputs(kImages[i], pictures[i], out);
     }
   }
-  return Status::Ok();
 }
 
 /// Takes frames with layers over the host: frames whose future is used are kept there.

@@ -16,7 +16,7 @@ Image2 ImageMotionTowards(const Frame& next, const VirtualGuides& image) {
   if (image.empty() || image.motion.empty() || next.guides.motion.empty()) {
     return {};
   }
-  constexpr SelectGuidesParameters kAnyRoughness = {.virtual_roughness = 1};
+  constexpr SelectGuidesParameters kAnyRoughness = {.virtual_roughness = 1, .image_normal = 1};
   const Image3 no_albedo;
   Guides selected;
   Image3 albedo;

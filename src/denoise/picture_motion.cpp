@@ -11,12 +11,15 @@
 namespace stillray {
 namespace {
 
-float LuminanceAt(const Image3& image, int x, int y) {
-  return image.empty() ? 1.0f : Luminance709(vec3(image[0](x, y), image[1](x, y), image[2](x, y)));
+/// \param absent  value if the image is empty
+float LuminanceAt(const Image3& image, float absent, int x, int y) {
+  return image.empty() ? absent
+                       : Luminance709(vec3(image[0](x, y), image[1](x, y), image[2](x, y)));
 }
 
 /// Pixels that show little but an image, and whose image has a motion.
-Plane<uint8_t> FindImages(const Guides& surface, const Guides& selected, const Image3& albedo) {
+Plane<uint8_t> FindImages(const Guides& surface, const Guides& selected, const Image3& albedo,
+                          const Image3& other) {
   const int width = surface.depth.width();
   Plane<uint8_t> images(width, surface.depth.height());
   ParallelRows(images.height(), 32, [&](int y0, int y1) {
@@ -24,8 +27,8 @@ Plane<uint8_t> FindImages(const Guides& surface, const Guides& selected, const I
       for (int x = 0; x < width; ++x) {
         images(x, y) =
             ShowsLittleElse(surface.depth(x, y), selected.depth(x, y), selected.motion[0](x, y),
-                            static_cast<float>(width), LuminanceAt(surface.albedo, x, y),
-                            LuminanceAt(albedo, x, y));
+                            static_cast<float>(width), LuminanceAt(surface.albedo, 1.0f, x, y),
+                            LuminanceAt(albedo, 1.0f, x, y), LuminanceAt(other, 0.0f, x, y));
       }
     }
   });
@@ -53,11 +56,11 @@ bool IsWithin(const Plane<uint8_t>& images, const Guides& surface, int x, int y)
 }  // namespace
 
 void FollowImages(const Guides& surface, const Guides& selected, const Image3& albedo,
-                  Image2* motion) {
+                  const Image3& other, Image2* motion) {
   if (motion->empty() || selected.motion.empty()) {
     return;
   }
-  const Plane<uint8_t> images = FindImages(surface, selected, albedo);
+  const Plane<uint8_t> images = FindImages(surface, selected, albedo, other);
   ParallelRows(motion->height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < motion->width(); ++x) {

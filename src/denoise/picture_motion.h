@@ -13,8 +13,9 @@ namespace stillray {
 /// \param surface   of the frame
 /// \param selected  of the layer (see select_guides)
 /// \param albedo    of the surface, that divides the layer's light; empty: white
+/// \param other     of the surface, that divides the light of the other kind of image; empty: black
 /// \param motion    [in,out] of the surface; unchanged if it is empty
 void FollowImages(const Guides& surface, const Guides& selected, const Image3& albedo,
-                  Image2* motion);
+                  const Image3& other, Image2* motion);
 
 }  // namespace stillray

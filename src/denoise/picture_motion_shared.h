@@ -19,11 +19,12 @@ const float kMostDiffuse = 0.1f;
 const int kSilhouette = 2;
 
 // Whether a pixel shows little but an image that has a motion. Luminances of the albedos: `diffuse`
-// of the surface, `reflected` of the light of the image.
+// of the surface, `seen` of the light of the image, `other` of that of the other image: glass shows
+// one by reflection, one by transmission.
 SHARED_FN bool ShowsLittleElse(float surface_depth, float selected_depth, float motion_x,
-                               float picture_width, float diffuse, float reflected) {
+                               float picture_width, float diffuse, float seen, float other) {
   return selected_depth != surface_depth && abs(motion_x) < picture_width &&  // not NaN either
-         diffuse < kMostDiffuse * reflected;
+         diffuse < kMostDiffuse * seen && other <= seen;
 }
 
 // Whether a neighbour of a surface is another one by its depth.

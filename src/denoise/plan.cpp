@@ -63,15 +63,25 @@ float ShortHistoryLength(const Settings& s) {
   return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
 
-/// Signals of nothing but indirect diffuse light: sparse, but smooth.
-int SmoothSignals(std::span<const SignalGroup> signals) {
+/// Light that is sparse, but smooth: indirect diffuse light, also where it is seen through glass.
+bool IsSmooth(SignalKind kind) {
+  return kind == SignalKind::kIndirectDiffuse || kind == SignalKind::kDirectTransmission ||
+         kind == SignalKind::kIndirectTransmission;
+}
+
+/// Signals of nothing but smooth light. \param lights  that are given, as in FrameFacts
+int SmoothSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
-    const std::vector<SignalKind>& kinds = signals[i].kinds;
-    const bool smooth = std::all_of(kinds.begin(), kinds.end(), [](SignalKind kind) {
-      return kind == SignalKind::kIndirectDiffuse;
-    });
-    mask |= smooth ? 1 << i : 0;
+    bool any = false;
+    bool all = true;
+    for (const SignalKind kind : signals[i].kinds) {
+      if ((lights >> static_cast<uint32_t>(kind) & 1u) != 0) {
+        any = true;
+        all = all && IsSmooth(kind);
+      }
+    }
+    mask |= any && all ? 1 << i : 0;
   }
   return mask;
 }
@@ -162,7 +172,7 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
                       .firefly = static_cast<int>(s.firefly)};
-  plan->select_guides = {.virtual_roughness = s.virtual_roughness};
+  plan->select_guides = SelectGuidesOf(s.virtual_roughness, GuideSource::kReflection);
   plan->reproject = {.history_depth = s.history_depth,
                      .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
                      .history_id = Int(s.history_id),
@@ -204,7 +214,7 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                   .eaw_sigma_z = s.eaw_sigma_z,
                   .grows = Int(plan->is_sparse)};
   plan->levels = ListLevels(s, &plan->level);
-  plan->pilot_signals = PilotSignals(s, plan->signals);
+  plan->pilot_signals = PilotSignals(s, plan->signals, facts.lights);
 }
 
 /// The number of signals with diffuse light, the first ones: light that is reflected sharply moves
@@ -216,13 +226,14 @@ int FollowedSignals(std::span<const SignalGroup> signals) {
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
-  plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals) : 0;
+  plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals, facts.lights) : 0;
   plan->keep_samples = {
       .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0};
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
-  plan->restore_detail = {.detail_signals = DetailSignals(plan->signals), .alpha_min = s.alpha_min};
+  plan->restore_detail = {.detail_signals = DetailSignals(plan->signals, facts.lights),
+                          .alpha_min = s.alpha_min};
   plan->fxaa = {.fxaa_sparse = Int(s.fxaa == Fxaa::kSparse)};
   plan->antialias = {
       .taa_alpha = s.taa_alpha,
@@ -281,6 +292,7 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   FramePlan of_layer = plan;
   const int mask = (1 << layer.count) - 1;
   of_layer.signals = plan.signals.subspan(layer.first, layer.count);
+  of_layer.select_guides = SelectGuidesOf(plan.select_guides.virtual_roughness, layer.guides);
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }
@@ -315,16 +327,16 @@ LayerList LayersOf(const Settings& s, const FrameFacts& facts) {
   return list;
 }
 
-std::array<int, kPilotLevels> PilotSignals(const Settings& s,
-                                           std::span<const SignalGroup> signals) {
+std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals,
+                                           uint32_t lights) {
   if (!s.pilot || s.wavelet != Wavelet::kSvgf) {
     return {};
   }
-  return {(1 << signals.size()) - 1, SmoothSignals(signals)};
+  return {(1 << signals.size()) - 1, SmoothSignals(signals, lights)};
 }
 
-int DetailSignals(std::span<const SignalGroup> signals) {
-  return ~SmoothSignals(signals) & ((1 << signals.size()) - 1);
+int DetailSignals(std::span<const SignalGroup> signals, uint32_t lights) {
+  return ~SmoothSignals(signals, lights) & ((1 << signals.size()) - 1);
 }
 
 Status CheckDeviceSettings(const Settings& s) {
@@ -410,7 +422,8 @@ FrameFacts FactsOf(const Frame& f) {
   facts.has_previous_normal = !f.guides.previous_normal.empty();
   facts.has_reflection =
       !f.reflection.empty() || (f.on_device != nullptr && f.on_device->has_reflection());
-  facts.has_refraction = !f.refraction.empty();
+  facts.has_refraction =
+      !f.refraction.empty() || (f.on_device != nullptr && f.on_device->has_refraction());
   facts.has_confidence = !f.confidence.empty();
   return facts;
 }

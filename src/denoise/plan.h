@@ -11,6 +11,7 @@
 #include <span>
 #include <vector>
 
+#include "denoise/guide_source.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/antialias_shared.h"
@@ -25,7 +26,6 @@
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
 #include "denoise/stages/restore_detail_shared.h"
-#include "denoise/stages/select_guides_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 #include "stillray/denoise.hpp"
 
@@ -97,22 +97,6 @@ struct HistoryLayout {
 
   friend bool operator==(const HistoryLayout&, const HistoryLayout&) = default;
 };
-
-/// Where the guides of a layer come from.
-enum class GuideSource : uint8_t { kSurface, kReflection, kRefraction };
-
-/// The virtual guides of a layer that has some.
-inline const VirtualGuides& ImageOf(const Frame& frame, GuideSource source) {
-  return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
-}
-
-/// The albedo of the surface that divides the light of such a layer.
-inline const Image3& SurfaceAlbedoOf(const Guides& guides, GuideSource source) {
-  return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
-}
-inline Image3& SurfaceAlbedoOf(Guides& guides, GuideSource source) {
-  return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
-}
 
 /// Signals with common guides; next to each other in FramePlan::signals.
 struct PlannedLayer {
@@ -191,12 +175,13 @@ LayerList LayersOf(const Settings& settings, const FrameFacts& facts);
 
 HistoryLayout LayoutOf(const Settings& settings);
 
-/// FramePlan::pilot_signals; zeros if there is no pilot.
-std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals);
+/// FramePlan::pilot_signals; zeros if there is no pilot. \param lights  FrameFacts::lights
+std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals,
+                                           uint32_t lights);
 
-/// RestoreDetailParameters::detail_signals: all but those of nothing but indirect diffuse light.
-/// Their samples are rare and bright, and darken what they are compared with.
-int DetailSignals(std::span<const SignalGroup> signals);
+/// RestoreDetailParameters::detail_signals: all but those of nothing but indirect diffuse or
+/// transmitted light. Their samples are rare and bright, and darken what they are compared with.
+int DetailSignals(std::span<const SignalGroup> signals, uint32_t lights);
 
 /// kInvalidArgument if a stage is on that only the CPU has.
 Status CheckDeviceSettings(const Settings& settings);

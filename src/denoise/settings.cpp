@@ -460,8 +460,9 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "virtual_roughness",
                 .type = kFloat,
                 .group = "select_guides",
-                .help = "Reflections and refractions of surfaces up to this roughness follow the "
-                        "guides of the virtual image where frames have them; 0: never."},
+                .help = "Reflections in surfaces up to this roughness follow the guides of the "
+                        "virtual image where frames have them, and so does transmitted light; 0: "
+                        "neither does."},
        .member = &Settings::virtual_roughness},
       {.info = {.name = "mirror_roughness",
                 .type = kFloat,

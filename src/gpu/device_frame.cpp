@@ -7,6 +7,7 @@
 #include <cstring>
 #include <new>
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -48,7 +49,7 @@ void ForEachVirtualImage(const VirtualImages& images, VirtualGuides* guides, con
 template <typename Visit>
 void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, const Visit& visit) {
   if ((planes & kLightPlanes) != 0) {
-    for (size_t k = 0; k < images.lights.size(); ++k) {
+    for (size_t k = 0; k < frame->signals.size(); ++k) {
       visit(images.lights[k], std::span(frame->signals[k].radiance.channel));
       visit(images.second_moments[k], std::span(&frame->signals[k].second_moment, 1));
     }
@@ -62,14 +63,14 @@ void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, cons
     visit(images.normal, std::span(g.normal.channel));
     visit(images.albedo, std::span(g.albedo.channel));
     visit(images.specular_albedo, std::span(g.specular_albedo.channel));
-    visit(nullptr, std::span(g.transmission_albedo.channel));
+    visit(images.transmission_albedo, std::span(g.transmission_albedo.channel));
     visit(images.motion, std::span(g.motion.channel));
     visit(images.id, std::span(&g.id, 1));
     visit(images.roughness, std::span(&g.roughness, 1));
     visit(images.previous_normal, std::span(g.previous_normal.channel));
     visit(nullptr, std::span(&frame->confidence, 1));
     ForEachVirtualImage(images.reflection, &frame->reflection, visit);
-    ForEachVirtualImage({}, &frame->refraction, visit);
+    ForEachVirtualImage(images.refraction, &frame->refraction, visit);
   }
 }
 
@@ -112,7 +113,7 @@ Status DeviceFrame::AddImages() {
   constexpr VkFormat kScalar = VK_FORMAT_R32_SFLOAT;
   constexpr VkFormat kMotion = VK_FORMAT_R32G32_SFLOAT;
   constexpr VkFormat kId = VK_FORMAT_R32_UINT;
-  for (size_t k = 0; k < images_.lights.size(); ++k) {
+  for (size_t k = 0; k < lights().size(); ++k) {
     add(kColour, &images_.lights[k]);
     if (shape_.second_moments) {
       add(kScalar, &images_.second_moments[k]);
@@ -132,12 +133,18 @@ Status DeviceFrame::AddImages() {
   add(kScalar, &images_.roughness);
   add(kMotion, &images_.motion);
   add(kId, &images_.id);
-  if (shape_.virtual_guides) {
-    add(kScalar, &images_.reflection.depth);
-    add(kColour, &images_.reflection.normal);
-    add(kColour, &images_.reflection.albedo);
-    add(kMotion, &images_.reflection.motion);
-    add(kId, &images_.reflection.id);
+  if (shape_.transmission) {
+    add(kColour, &images_.transmission_albedo);
+  }
+  for (const auto& [wanted, image] : {std::pair{shape_.reflection, &images_.reflection},
+                                      std::pair{shape_.transmission, &images_.refraction}}) {
+    if (wanted) {
+      add(kScalar, &image->depth);
+      add(kColour, &image->normal);
+      add(kColour, &image->albedo);
+      add(kMotion, &image->motion);
+      add(kId, &image->id);
+    }
   }
   return status;
 }
@@ -176,7 +183,7 @@ Status DeviceFrame::MakeStaging() const {
     return Status::Ok();
   }
   Frame layout;
-  layout.signals.resize(kFrameSignals);
+  layout.signals.resize(lights().size());
   VkDeviceSize bytes = 0;
   ForEachImage(images_, kAllPlanes, &layout, [&](const Image* image, const auto&) {
     bytes += image != nullptr ? BytesOf(*image) : 0;
@@ -194,7 +201,7 @@ Status DeviceFrame::Download(uint32_t planes, Frame* host) const {
   const std::lock_guard one_at_a_time(download_);
   try {
     STILLRAY_RETURN_IF_ERROR(MakeStaging());
-    host->signals.resize(kFrameSignals);
+    host->signals.resize(lights().size());
     for (size_t k = 0; k < host->signals.size(); ++k) {
       host->signals[k].kind = static_cast<SignalKind>(k);
     }

@@ -8,6 +8,7 @@
 #include <array>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <vector>
 
 #include "gpu/memory.h"
@@ -15,7 +16,7 @@
 
 namespace stillray::gpu {
 
-/// Direct and indirect, diffuse and specular, in the order of SignalKind.
+/// Signals of every frame: direct and indirect, diffuse and specular, in the order of SignalKind.
 inline constexpr int kFrameSignals = 4;
 
 /// Which images a frame has, beside the signals and guides that every frame has.
@@ -25,7 +26,8 @@ struct FrameShape {
   bool second_moments = false;  ///< of all signals
   bool samples = false;
   bool previous_normals = false;
-  bool virtual_guides = false;  ///< of reflections
+  bool reflection = false;    ///< virtual guides of it
+  bool transmission = false;  ///< signals, albedo and virtual guides of it
 
   friend bool operator==(const FrameShape&, const FrameShape&) = default;
 };
@@ -43,8 +45,8 @@ struct VirtualImages {
 /// (the fourth is unused), two for motion, one for others; `id` holds integers. Images not in the
 /// shape are nullptr.
 struct FrameImages {
-  std::array<const Image*, kFrameSignals> lights{};
-  std::array<const Image*, kFrameSignals> second_moments{};
+  std::array<const Image*, kSignalKindCount> lights{};  ///< by SignalKind
+  std::array<const Image*, kSignalKindCount> second_moments{};
   const Image* samples = nullptr;
   const Image* emission = nullptr;
   const Image* background = nullptr;
@@ -52,11 +54,13 @@ struct FrameImages {
   const Image* normal = nullptr;
   const Image* albedo = nullptr;
   const Image* specular_albedo = nullptr;
+  const Image* transmission_albedo = nullptr;
   const Image* motion = nullptr;
   const Image* id = nullptr;
   const Image* roughness = nullptr;
   const Image* previous_normal = nullptr;
   VirtualImages reflection;
+  VirtualImages refraction;
 };
 
 class DeviceFrame final : public FrameOnDevice {
@@ -67,11 +71,16 @@ class DeviceFrame final : public FrameOnDevice {
 
   Status Download(uint32_t planes, Frame* host) const override;
   uint64_t bytes() const override;
-  bool has_reflection() const override { return shape_.virtual_guides; }
+  bool has_reflection() const override { return shape_.reflection; }
+  bool has_refraction() const override { return shape_.transmission; }
 
   const std::shared_ptr<Device>& device() const { return device_; }
   const FrameShape& shape() const { return shape_; }
   const FrameImages& images() const { return images_; }
+  /// Those of its signals.
+  std::span<const Image* const> lights() const {
+    return std::span(images_.lights).first(shape_.transmission ? kSignalKindCount : kFrameSignals);
+  }
 
   /// Records a barrier after which compute shaders or clears overwrite all images; old content is
   /// discarded. Once per frame, before other use.

@@ -84,6 +84,12 @@ struct BsdfValue {
   float density;
 };
 
+// Parts of a BSDF that are sampled and evaluated by themselves. A random choice between reflection
+// and transmission by glass would make both noisy.
+const int kAllLobes = 0;
+const int kLobesWithoutReflection = 1;  // all but the reflection of glass
+const int kReflectionOfGlass = 2;
+
 const int kScatterNone = 0;      // no valid sample: the path ends
 const int kScatterRough = 1;     // finite density
 const int kScatterMirror = 2;    // ideal reflection
@@ -284,65 +290,98 @@ SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
   }
 }
 
+// The rough glass lobe.
+struct GlassValue {
+  vec3 value;
+  float density;  // if the Fresnel term leads every sample to this side
+  float share;    // the Fresnel term of this side
+};
+
 // Rough thin sheet: the reflected lobe above, the same lobe flipped below.
-SHARED_FN BsdfValue EvaluateSheet(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
-  BsdfValue value;
-  value.diffuse = vec3(0.0f);
+SHARED_FN GlassValue EvaluateSheet(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   vec3 up = vec3(wi.x, wi.y, abs(wi.z));
   vec3 h = normalize(wo + up);
   float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
   float lambda_i = GgxLambda(up, bsdf.glass_alpha);
   float d = GgxDensity(h, bsdf.glass_alpha) / (4.0f * wo.z);
   GlassFresnel fresnel = FresnelOfGlass(bsdf, dot(wo, h));
-  float share = wi.z > 0.0f ? fresnel.share : 1.0f - fresnel.share;
   vec3 colour = wi.z > 0.0f ? fresnel.colour : bsdf.tint;
   float scale = bsdf.glass_weight * bsdf.glass_compensation;
-  value.specular = colour * (scale * share * d / (1.0f + lambda_o + lambda_i));
-  value.density = share * d / (1.0f + lambda_o);
-  return value;
+  GlassValue glass;
+  glass.share = wi.z > 0.0f ? fresnel.share : 1.0f - fresnel.share;
+  glass.value = colour * (scale * glass.share * d / (1.0f + lambda_o + lambda_i));
+  glass.density = d / (1.0f + lambda_o);
+  return glass;
 }
 
 // Rough boundary of a solid: Walter et al. 2007, eq. 20 and 21, G height-correlated for both sides.
-SHARED_FN BsdfValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
-  BsdfValue value;
-  value.diffuse = vec3(0.0f);
-  value.specular = vec3(0.0f);
-  value.density = 0.0f;
+SHARED_FN GlassValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
+  GlassValue glass;
+  glass.value = vec3(0.0f);
+  glass.density = 0.0f;
+  glass.share = 0.0f;
   vec3 h = wi.z > 0.0f ? normalize(wo + wi) : normalize(wo + bsdf.eta * wi);
   h = h.z < 0.0f ? -h : h;
   float cos_o = dot(wo, h);
   float cos_i = dot(wi, h);
   if (cos_o <= 0.0f || cos_i * wi.z <= 0.0f) {
-    return value;
+    return glass;
   }
   float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
   float lambda_i = GgxLambda(wi, bsdf.glass_alpha);
   GlassFresnel fresnel = FresnelOfGlass(bsdf, cos_o);
-  float share;
   float jacobian;  // solid angle of h over that of wi
   vec3 colour = fresnel.colour;
   if (wi.z > 0.0f) {
-    share = fresnel.share;
+    glass.share = fresnel.share;
     jacobian = 1.0f / (4.0f * cos_o);
   } else {
     float denominator = cos_o + bsdf.eta * cos_i;
-    share = 1.0f - fresnel.share;
+    glass.share = 1.0f - fresnel.share;
     jacobian = bsdf.eta * bsdf.eta * abs(cos_i) / max(denominator * denominator, 1e-12f);
     colour = bsdf.tint;
   }
-  float d = GgxDensity(h, bsdf.glass_alpha) * cos_o * jacobian * share / wo.z;
+  float d = GgxDensity(h, bsdf.glass_alpha) * cos_o * jacobian / wo.z;
   float scale = bsdf.glass_weight * bsdf.glass_compensation;
-  value.specular = colour * (scale * d / (1.0f + lambda_o + lambda_i));
-  value.density = d / (1.0f + lambda_o);
-  return value;
+  glass.value = colour * (scale * glass.share * d / (1.0f + lambda_o + lambda_i));
+  glass.density = d / (1.0f + lambda_o);
+  return glass;
 }
 
-SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
+// Probability of the glass lobe in this part.
+SHARED_FN float PickGlass(SHARED_IN(Bsdf) bsdf, int part) {
+  return part == kReflectionOfGlass ? 1.0f : bsdf.pick_glass;
+}
+
+// Whether a sample of the glass lobe is reflected.
+SHARED_FN bool Reflects(float u, float share, int part) {
+  return part == kAllLobes ? u < share : part == kReflectionOfGlass;
+}
+
+// Adds the rough glass lobe to those of this part.
+SHARED_FN void AddGlassValue(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi, int part,
+                             SHARED_INOUT(BsdfValue) value) {
+  if (part != kAllLobes && (wi.z > 0.0f) != (part == kReflectionOfGlass)) {
+    return;
+  }
+  GlassValue glass;
+  if (bsdf.thin != 0) {
+    glass = EvaluateSheet(bsdf, wo, wi);
+  } else {
+    glass = EvaluateBoundary(bsdf, wo, wi);
+  }
+  value.specular += glass.value;
+  value.density += PickGlass(bsdf, part) * glass.density * (part == kAllLobes ? glass.share : 1.0f);
+}
+
+// \param part  kAllLobes, ...
+SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi, int part) {
   BsdfValue value;
   value.diffuse = vec3(0.0f);
   value.specular = vec3(0.0f);
   value.density = 0.0f;
-  if (wi.z > 0.0f) {
+  bool others = part != kReflectionOfGlass;
+  if (others && wi.z > 0.0f) {
     value.diffuse = bsdf.diffuse * (wi.z * kInvPi);
     value.density = bsdf.pick_diffuse * wi.z * kInvPi;
     if (bsdf.pick_specular > 0.0f && bsdf.specular_alpha > 0.0f) {
@@ -352,11 +391,9 @@ SHARED_FN BsdfValue EvaluateBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
     }
   }
   if (wi.z != 0.0f && bsdf.pick_glass > 0.0f && bsdf.glass_alpha > 0.0f) {
-    BsdfValue glass = bsdf.thin != 0 ? EvaluateSheet(bsdf, wo, wi) : EvaluateBoundary(bsdf, wo, wi);
-    value.specular += glass.specular;
-    value.density += bsdf.pick_glass * glass.density;
+    AddGlassValue(bsdf, wo, wi, part, value);
   }
-  if (bsdf.layered != 0) {
+  if (others && bsdf.layered != 0) {
     AddLayerValues(bsdf, wo, wi, value);
   }
   return value;
@@ -370,11 +407,11 @@ SHARED_FN vec3 SampleCosine(float u0, float u1) {
 }
 
 // The ideally smooth glass lobe. `u` selects reflection or transmission.
-SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
+SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u, int part) {
   BsdfSample result;
   result.diffuse = vec3(0.0f);
   result.density = 0.0f;
-  float share = bsdf.glass_weight / bsdf.pick_glass;
+  float share = bsdf.glass_weight / PickGlass(bsdf, part);
   GlassFresnel fresnel;
   if (bsdf.thin != 0) {
     fresnel.share = bsdf.sheet_reflectance;
@@ -382,33 +419,39 @@ SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u) {
   } else {
     fresnel = FresnelOfGlass(bsdf, wo.z);
   }
-  if (u < fresnel.share) {
+  if (Reflects(u, fresnel.share, part)) {
+    share *= part == kAllLobes ? 1.0f : fresnel.share;
     result.wi = vec3(-wo.x, -wo.y, wo.z);
     result.specular = share * fresnel.colour;
     result.kind = kScatterMirror;
   } else {
+    share *= part == kAllLobes ? 1.0f : 1.0f - fresnel.share;
     result.wi = bsdf.thin != 0 ? -wo : RefractAbout(wo, vec3(0.0f, 0.0f, 1.0f), bsdf.eta);
     result.specular = share * bsdf.tint;
     result.kind = bsdf.thin != 0 ? kScatterStraight : kScatterRefract;
   }
+  result.kind = share > 0.0f ? result.kind : kScatterNone;
   return result;
 }
 
 // The direction of light scattered by the rough glass lobe at the microfacet normal h; z of either
 // sign. Zero if the microfacet scatters it through the surface in the wrong direction: that light
 // is lost, and the energy compensation accounts for it.
-SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u) {
+SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u, int part) {
   float cos_o = dot(wo, h);
   vec3 reflected = 2.0f * cos_o * h - wo;
+  bool reflects = Reflects(u, FresnelOfGlass(bsdf, cos_o).share, part);
   if (bsdf.thin != 0) {
-    float side = u < FresnelOfGlass(bsdf, cos_o).share ? 1.0f : -1.0f;
+    float side = reflects ? 1.0f : -1.0f;
     return reflected.z > 0.0f ? vec3(reflected.x, reflected.y, side * reflected.z) : vec3(0.0f);
   }
-  if (u < FresnelOfGlass(bsdf, cos_o).share) {
+  if (reflects) {
     return reflected.z > 0.0f ? reflected : vec3(0.0f);
   }
+  // Samples of a part may be transmitted where all light is reflected.
+  bool total = 1.0f - cos_o * cos_o >= bsdf.eta * bsdf.eta;
   vec3 refracted = RefractAbout(wo, h, bsdf.eta);
-  return refracted.z < 0.0f ? refracted : vec3(0.0f);
+  return refracted.z < 0.0f && !total ? refracted : vec3(0.0f);
 }
 
 // The ideally smooth specular lobe.
@@ -466,7 +509,8 @@ SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, float past) {
 }
 
 // Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
-SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
+// \param part  kAllLobes, ...
+SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, int part) {
   BsdfSample result;
   result.wi = vec3(0.0f);
   result.diffuse = vec3(0.0f);
@@ -474,15 +518,16 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   result.density = 0.0f;
   result.kind = kScatterNone;
   float past = u.z - (bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass);
-  if (bsdf.layered != 0 && past >= 0.0f) {
+  bool glass = part == kReflectionOfGlass;
+  if (!glass && bsdf.layered != 0 && past >= 0.0f) {
     if (bsdf.pick_coat > 0.0f && bsdf.coat_alpha <= 0.0f &&
         past >= bsdf.pick_through + bsdf.pick_sheen) {
       return SampleSmoothCoat(bsdf, wo);
     }
     result.wi = SampleLayers(bsdf, wo, u, past);
-  } else if (u.z < bsdf.pick_diffuse) {
+  } else if (!glass && u.z < bsdf.pick_diffuse) {
     result.wi = SampleCosine(u.x, u.y);
-  } else if (u.z < bsdf.pick_diffuse + bsdf.pick_specular || bsdf.pick_glass <= 0.0f) {
+  } else if (!glass && (u.z < bsdf.pick_diffuse + bsdf.pick_specular || bsdf.pick_glass <= 0.0f)) {
     if (bsdf.pick_specular <= 0.0f) {
       return result;
     }
@@ -494,15 +539,15 @@ SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
     result.wi.z = max(result.wi.z, 0.0f);
   } else {
     if (bsdf.glass_alpha <= 0.0f) {
-      return SampleSmoothGlass(bsdf, wo, u.w);
+      return SampleSmoothGlass(bsdf, wo, u.w, part);
     }
     vec3 h = SampleGgxVisible(wo, bsdf.glass_alpha, u.x, u.y);
-    result.wi = SampleRoughGlass(bsdf, wo, h, u.w);
+    result.wi = SampleRoughGlass(bsdf, wo, h, u.w, part);
   }
   if (result.wi.z == 0.0f) {
     return result;
   }
-  BsdfValue value = EvaluateBsdf(bsdf, wo, result.wi);
+  BsdfValue value = EvaluateBsdf(bsdf, wo, result.wi, part);
   if (value.density <= 0.0f) {
     return result;
   }

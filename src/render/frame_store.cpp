@@ -10,6 +10,10 @@
 namespace stillray::render {
 namespace {
 
+bool SeparatesTransmission(const Frame& frame) {
+  return frame.signals.size() > kTracedSignalCount;
+}
+
 /// Calls body(plane) for the planes of light that are zero where no path was traced.
 template <typename F, typename Body>
 void ForEachLightPlane(F& frame, const Body& body) {
@@ -36,6 +40,11 @@ void ForEachGuidePlane(F& frame, const Body& body) {
       body(plane);
     }
   }
+  for (auto& plane : guides.transmission_albedo.channel) {
+    if (SeparatesTransmission(frame)) {
+      body(plane);
+    }
+  }
 }
 
 template <typename T>
@@ -56,14 +65,14 @@ void ClearAll(const Tile& region, bool with_guides, Frame* frame) {
   }
 }
 
-/// Kinds of values that are zero in many pixels: bits 0 to 3 are the signals.
-constexpr uint32_t kEmissionBit = 1u << 4;
-constexpr uint32_t kBackgroundBit = 1u << 5;
-constexpr uint32_t kMotionBit = 1u << 6;
-constexpr uint32_t kAlbedoBit = 1u << 7;
-constexpr uint32_t kSpecularAlbedoBit = 1u << 8;
-constexpr uint32_t kGuideBits = 1u << 9;  // depth, normal, id, roughness
-static_assert(kTracedSignalCount <= 4);
+/// Kinds of values that are zero in many pixels: bits 0 to 5 are the signals.
+constexpr uint32_t kEmissionBit = 1u << 6;
+constexpr uint32_t kBackgroundBit = 1u << 7;
+constexpr uint32_t kMotionBit = 1u << 8;
+constexpr uint32_t kAlbedoBit = 1u << 9;
+constexpr uint32_t kSpecularAlbedoBit = 1u << 10;
+constexpr uint32_t kGuideBits = 1u << 11;  // depth, normal, id, roughness
+static_assert(kMostTracedSignals <= 6);
 
 /// Stores the value unless it is zero, which the pixel already is. Returns the bit if it was
 /// stored.
@@ -158,6 +167,9 @@ void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame) {
   store3(&g.normal, &PixelGuides::normal);
   store3(&g.albedo, &PixelGuides::albedo);
   store3(&g.specular_albedo, &PixelGuides::specular_albedo);
+  if (SeparatesTransmission(*frame)) {
+    store3(&g.transmission_albedo, &PixelGuides::transmission_albedo);
+  }
   store3(&frame->emission, &PixelGuides::emission);
   store3(&frame->background, &PixelGuides::background);
   if (!g.previous_normal.empty()) {
@@ -165,10 +177,10 @@ void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame) {
   }
 }
 
-void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
-                const std::array<float, kTracedSignalCount>* squares, Frame* frame) {
+void StoreLight(const Tile& tile, int spp, const SampleLight* sums, const SampleSquares* squares,
+                Frame* frame) {
   const float scale = 1.0f / static_cast<float>(spp);
-  for (size_t k = 0; k < kTracedSignalCount; ++k) {
+  for (size_t k = 0; k < frame->signals.size(); ++k) {
     Signal& signal = frame->signals[k];
     for (int y = 0; y < tile.height; ++y) {
       const SampleLight* from = sums + y * tile.width;
@@ -191,30 +203,33 @@ void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
 namespace {
 
 /// Sets all members of a frame that are not planes.
-void SetFacts(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+void SetFacts(const RenderSettings& settings, const RenderMoment& moment, bool separates,
+              Frame* frame) {
   frame->width = settings.width;
   frame->height = settings.height;
   frame->index = moment.frame_index;
   const vec2 jitter = settings.jitter ? FrameJitter(moment.frame_index) : vec2(0.0f);
   frame->jitter_x = jitter.x;
   frame->jitter_y = jitter.y;
-  frame->signals.resize(kTracedSignalCount);
-  for (int k = 0; k < kTracedSignalCount; ++k) {
-    frame->signals[static_cast<size_t>(k)].kind = static_cast<SignalKind>(k);
+  frame->signals.resize(separates ? kMostTracedSignals : kTracedSignalCount);
+  for (size_t k = 0; k < frame->signals.size(); ++k) {
+    frame->signals[k].kind = static_cast<SignalKind>(k);
   }
 }
 
 }  // namespace
 
-void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, bool separates,
+                   Frame* frame) {
   *frame = Frame();
-  SetFacts(settings, moment, frame);
+  SetFacts(settings, moment, separates, frame);
 }
 
-void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame) {
+void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, bool separates,
+                  Frame* frame) {
   const int w = settings.width;
   const int h = settings.height;
-  SetFacts(settings, moment, frame);
+  SetFacts(settings, moment, separates, frame);
   frame->on_device = nullptr;
   for (Signal& signal : frame->signals) {
     ResizeImage(&signal.radiance, w, h);
@@ -224,7 +239,9 @@ void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Fr
       signal.second_moment = Image1();
     }
   }
-  frame->guides.transmission_albedo = Image3();
+  if (!separates) {
+    frame->guides.transmission_albedo = Image3();
+  }
   ForEachGuidePlane(*frame, [&](auto& plane) { ResizeImage(&plane, w, h); });
   if (settings.spp > 1 || settings.cycle > 1) {
     ResizeImage(&frame->samples, w, h);
@@ -280,7 +297,7 @@ void SparseFrameWriter::Store(const Tile& region, int x, int y, const SampleLigh
                               const PixelGuides& guides, Frame* frame) {
   frame->samples(x, y) = 1.0f;
   uint32_t kinds = guides_ == GuideCoverage::kSparse ? StoreSparseGuides(guides, x, y, frame) : 0u;
-  for (size_t k = 0; k < light.size(); ++k) {
+  for (size_t k = 0; k < frame->signals.size(); ++k) {
     kinds |= StoreUnlessZero(&frame->signals[k].radiance, x, y, light[k], 1u << k);
   }
   StoredIn(region).push_back({static_cast<uint16_t>(x), static_cast<uint16_t>(y), kinds});

@@ -17,8 +17,8 @@ void StorePixel(Image3* image, int x, int y, vec3 value);
 /// Stores guides, emission and background of a tile's pixels, row by row.
 void StoreGuides(const Tile& tile, const PixelGuides* guides, Frame* frame);
 /// Stores the light of a tile's pixels: `sums` of spp samples.
-void StoreLight(const Tile& tile, int spp, const SampleLight* sums,
-                const std::array<float, kTracedSignalCount>* squares, Frame* frame);
+void StoreLight(const Tile& tile, int spp, const SampleLight* sums, const SampleSquares* squares,
+                Frame* frame);
 
 /// Resizes an image unless it already has this size; new ones are zero, others keep their content.
 template <typename P>
@@ -30,11 +30,15 @@ void ResizeImage(P* image, int width, int height) {
 
 /// Sets size, number, jitter and signals of a frame whose pixels are on a device: all planes are
 /// empty.
-void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
+/// \param separates  transmitted light has signals of its own
+void DescribeFrame(const RenderSettings& settings, const RenderMoment& moment, bool separates,
+                   Frame* frame);
 
 /// Resizes all planes of the frame and sets its other members; light and guides are unchanged.
 /// Frame::samples: `spp` everywhere if it is above 1, unchanged if `cycle` is.
-void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, Frame* frame);
+/// \param separates  transmitted light has signals of its own
+void PrepareFrame(const RenderSettings& settings, const RenderMoment& moment, bool separates,
+                  Frame* frame);
 
 /// Regions in which sparse frames are rendered: wide, since the pixels of a row share memory pages.
 inline constexpr TileSize kSparseRegion = {512, 32};

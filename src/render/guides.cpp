@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "render/previous_normals.h"
+#include "render/virtual_image_shared.h"
 
 namespace stillray::render {
 namespace {
@@ -37,20 +38,24 @@ vec2 SurfaceMotion(const TraceContext& context, const PixelViews& views, const H
   return MotionBetween(views, now - views.now.position, before - views.before.position);
 }
 
-const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel) {
-  const PrimaryLayer* heaviest = nullptr;
-  for (int i = 0; i < pixel.count; ++i) {
-    if (heaviest == nullptr || pixel.layers[i].weight > heaviest->weight) {
-      heaviest = &pixel.layers[i];
-    }
-  }
-  return heaviest;
-}
-
 vec3 EmissionTowards(const TraceContext& context, const Hit& hit, bool front) {
   const Material& material = *context.state.instance(hit.instance).material;
   return material.emits() && (front || material.double_sided) ? context.state.Emission(hit)
                                                               : vec3(0.0f);
+}
+
+/// Adds the albedos of layer `i`.
+void AddAlbedos(const Bsdf& bsdf, const SpecularAlbedo& specular, const PrimaryPixel& pixel, int i,
+                bool separates, PixelGuides* guides) {
+  const float weight = pixel.layers[i].weight;
+  if (separates && i > 0) {
+    guides->transmission_albedo += vec3(weight);
+    return;
+  }
+  const bool glass = separates && weight >= 1.0f && IsSmoothGlass(bsdf);
+  guides->albedo += DiffuseAlbedo(bsdf) * weight;
+  guides->specular_albedo += (glass ? specular.reflected : SumOf(specular)) * weight;
+  guides->transmission_albedo += glass ? specular.transmitted * weight : vec3(0.0f);
 }
 
 bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) {
@@ -60,6 +65,23 @@ bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) 
 }
 
 }  // namespace
+
+const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel, int begin) {
+  const PrimaryLayer* heaviest = nullptr;
+  for (int i = begin; i < pixel.count; ++i) {
+    if (heaviest == nullptr || pixel.layers[i].weight > heaviest->weight) {
+      heaviest = &pixel.layers[i];
+    }
+  }
+  return heaviest;
+}
+
+vec2 MotionOfSurface(const TraceContext& context, const PrimaryPixel& pixel, const Hit& hit,
+                     vec3 position) {
+  return SurfaceMotion(context,
+                       {ViewOf(context.camera, pixel), ViewOf(context.previous_camera, pixel)}, hit,
+                       position);
+}
 
 vec2 MotionOutOfPicture(const CameraView& camera) {
   return {2.0f * camera.width, 2.0f * camera.height};
@@ -75,23 +97,24 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
                        FirstSurface* first) {
   PixelGuides guides;
   const PixelViews views = {ViewOf(context.camera, pixel), ViewOf(context.previous_camera, pixel)};
-  const PrimaryLayer* heaviest = HeaviestLayer(pixel);
-  if (heaviest == nullptr) {
+  const bool separates = context.separates_transmission;
+  const PrimaryLayer* shown =
+      separates && pixel.count > 0 ? &pixel.layers[0] : HeaviestLayer(pixel, 0);
+  if (shown == nullptr) {
     guides.depth = std::numeric_limits<float>::infinity();
     guides.motion = MotionBetween(views, pixel.direction, pixel.direction);
   }
   for (int i = 0; i < pixel.count; ++i) {
     const PrimaryLayer& layer = pixel.layers[i];
     const Surface surface = MakeSurface(context.state, layer.hit, pixel.direction);
-    vec3 specular_albedo;
-    const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular_albedo);
-    guides.albedo += DiffuseAlbedo(bsdf) * layer.weight;
-    guides.specular_albedo += specular_albedo * layer.weight;
+    SpecularAlbedo specular;
+    const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular);
+    AddAlbedos(bsdf, specular, pixel, i, separates, &guides);
     guides.emission += EmissionTowards(context, layer.hit, surface.front != 0) * layer.weight;
     if (pixel.count == 1) {
       *first = {surface, bsdf};
     }
-    if (&layer == heaviest) {
+    if (&layer == shown) {
       guides.depth = context.camera.Depth(surface.position);
       guides.normal = surface.frame.z;
       guides.motion = SurfaceMotion(context, views, layer.hit, surface.position);

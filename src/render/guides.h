@@ -10,23 +10,37 @@
 
 namespace stillray::render {
 
-/// Guides of one pixel. Reflectances and light are weighted sums over the pixel's layers; the other
-/// members are those of the layer with the largest weight.
+/// Guides of one pixel. Emission and background are weighted sums over the pixel's layers. So are
+/// reflectances, while the other members are those of the layer with the largest weight; but if
+/// transmitted light is separate, both belong to the first layer. It is in pixels with several
+/// layers, and where the only one is opaque smooth glass.
 struct PixelGuides {
   float depth = 0;
   vec3 normal;
   vec3 albedo;
   vec3 specular_albedo;
+  /// If transmitted light is separate: that of the glass, or the weights of all layers behind the
+  /// first one. Else 0: `specular_albedo` includes transmission.
+  vec3 transmission_albedo = vec3(0.0f);
   vec2 motion;
   vec3 previous_normal = vec3(0.0f);  ///< where the shape has changed, see StorePreviousNormals
   uint32_t id = 0;
   float roughness = 0;
   vec3 emission;
   vec3 background;
+
+  bool separates_transmission() const { return transmission_albedo != vec3(0.0f); }
 };
 
 /// \param first  [out] for TraceSample; unchanged unless the pixel has exactly one layer
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
+
+/// Motion of the surface at a pixel's hit, from this frame to the previous one.
+vec2 MotionOfSurface(const TraceContext& context, const PrimaryPixel& pixel, const Hit& hit,
+                     vec3 position);
+
+/// The layer with the largest weight from `begin` on; null: none.
+const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel, int begin);
 
 /// The point of a hit before the transform of its instance.
 /// \param positions  of the mesh's vertices

@@ -2,14 +2,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/integrator.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace stillray::render {
 namespace {
 
-int Index(SignalKind kind) {
-  return static_cast<int>(kind);
-}
+static_assert(static_cast<int>(SignalKind::kIndirectTransmission) == kIndirectTransmission);
 
 /// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
 /// indices of their triangles, then the corners.
@@ -47,7 +46,8 @@ class Tracer {
         next_(&scratch->next),
         timings_(*timings) {}
 
-  void Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count);
+  void Start(const PrimaryPixel* pixels, const PathSampler* samplers, const bool* separates,
+             int part, int count);
   void ShadeAll();
   void TraceShadows();
   void TraceBounces();
@@ -61,8 +61,8 @@ class Tracer {
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
   float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
-  void Add(int pixel, SignalKind kind, vec3 light);
-  void AddFound(int pixel, bool direct, const FoundLight& found);
+  void Add(int pixel, int kind, vec3 light);
+  void AddFound(int pixel, int kind, const FoundLight& found);
   int sampling() const { return static_cast<int>(context_.settings.light_sampling); }
 
   const TraceContext& context_;
@@ -74,47 +74,79 @@ class Tracer {
 };
 
 /// Adds light to the picture; all light passes through here.
-void Tracer::Add(int pixel, SignalKind kind, vec3 light) {
+void Tracer::Add(int pixel, int kind, vec3 light) {
   if (!IsUsableLight(light)) {
     ++timings_.dropped;
     return;
   }
-  scratch_.light[pixel][static_cast<size_t>(Index(kind))] += light;
+  scratch_.light[pixel][static_cast<size_t>(kind)] += light;
 }
 
-void Tracer::AddFound(int pixel, bool direct, const FoundLight& found) {
-  const FoundLight light = ClampLight(found, context_.settings.clamp_radiance);
-  Add(pixel, direct ? SignalKind::kDirectDiffuse : SignalKind::kIndirectDiffuse, light.diffuse);
-  Add(pixel, direct ? SignalKind::kDirectSpecular : SignalKind::kIndirectSpecular, light.specular);
+/// \param kind  kLight...
+void Tracer::AddFound(int pixel, int kind, const FoundLight& found) {
+  const FoundLight light = SortLight(ClampLight(found, context_.settings.clamp_radiance), kind);
+  Add(pixel, DiffuseKind(kind), light.diffuse);
+  Add(pixel, SpecularKind(kind), light.specular);
 }
 
-void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, int count) {
+/// The layers of a pixel in which a path may start.
+struct LayerRange {
+  int begin = 0;
+  int end = 0;
+  float weight = 1;        ///< of all of them, and the background if it is included
+  bool background = true;  ///< the path may have to start there: there is none then
+};
+
+LayerRange LayersOfPart(const PrimaryPixel& pixel, bool separates, int part) {
+  LayerRange range = {.end = pixel.count};
+  if (!separates || pixel.count == 1) {
+    return range;
+  }
+  const float first = pixel.layers[0].weight;
+  return part == 0 ? LayerRange{0, 1, first, false} : LayerRange{1, pixel.count, 1.0f - first};
+}
+
+/// A randomly chosen one. \param u  in [0, 1) \return -1: the background
+int PickLayer(const PrimaryPixel& pixel, const LayerRange& range, float u) {
+  float rest = u * range.weight;
+  for (int i = range.begin; i < range.end; ++i) {
+    if (rest < pixel.layers[i].weight) {
+      return i;
+    }
+    rest -= pixel.layers[i].weight;
+  }
+  // The weights' sum is 1 up to rounding.
+  return range.background && pixel.background > 0.0f ? -1 : range.end - 1;
+}
+
+void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, const bool* separates,
+                   int part, int count) {
   const PhaseTimer timer(&timings_.shade_ms);
   RayScratch& trace = scratch_.trace;
   trace.rays.count = 0;
   for (int i = 0; i < count; ++i) {
-    scratch_.light[i].fill(vec3(0.0f));
+    if (part == 0) {
+      scratch_.light[i].fill(vec3(0.0f));
+    }
     const PrimaryPixel& pixel = pixels[i];
-    if (pixel.count == 0) {
+    const bool parted = separates != nullptr && separates[i];
+    if (pixel.count == 0 || (part > 0 && !parted)) {
       continue;
     }
-    // A path starts at a randomly chosen layer.
-    int layer = 0;
-    if (pixel.count > 1 || pixel.background > 0.0f) {
-      float rest = samplers[i].Get(kPrimaryDimensions).w;
-      while (layer < pixel.count && rest >= pixel.layers[layer].weight) {
-        rest -= pixel.layers[layer++].weight;
-      }
-      if (layer == pixel.count) {
-        if (pixel.background > 0.0f) {
-          continue;
-        }
-        --layer;  // the weights' sum is 1 up to rounding
-      }
+    const LayerRange range = LayersOfPart(pixel, parted, part);
+    const bool is_sure =
+        range.end - range.begin == 1 && !(range.background && pixel.background > 0);
+    const int layer =
+        is_sure ? range.begin : PickLayer(pixel, range, samplers[i].Get(kPrimaryDimensions).w);
+    if (layer < 0) {
+      continue;
     }
     const int at = trace.rays.count;
     Path& path = scratch_.paths[at];
     static_cast<PathState&>(path) = StartPath(samplers[i].seed);
+    if (parted) {
+      StartPart(path, part, pixel.count > 1, range.weight);
+    }
     path.pixel = i;
     path.sampler = samplers[i];
     path.known = first_ != nullptr && pixel.count == 1;
@@ -166,7 +198,7 @@ void Tracer::Leave(const Path& path, vec3 direction) {
       DensityOfEnvironment(context_.lights.arrays(), path.normal, path.light_total, direction);
   const vec3 radiance =
       environment.Radiance(direction) * ScatterWeight(path.density, density, sampling());
-  AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
+  AddFound(path.pixel, path.light, LightMet(path, radiance));
 }
 
 /// The ray hit a surface that may emit.
@@ -180,7 +212,7 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
       context_.lights.DensityOfHit(path.origin, path.light_total, hit, direction, distance);
   const vec3 radiance =
       context_.state.Emission(hit) * ScatterWeight(path.density, density, sampling());
-  AddFound(path.pixel, path.direct != 0, LightMet(path, radiance));
+  AddFound(path.pixel, path.light, LightMet(path, radiance));
 }
 
 /// Samples a light and adds its shadow ray. Returns TotalOf the choices.
@@ -195,12 +227,12 @@ float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bs
   if (!IsConsistent(surface, light.direction, wi.z)) {
     return total;
   }
-  const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi);
+  const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi, PartOfBsdf(path));
   const float weight = SoughtWeight(light.density, value.density, light.delta, sampling());
   const FoundLight found = LightSought(path, surface, light, value, wi.z, weight);
   if (found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f)) {
     const PathRay ray = ShadowRayTo(surface, light, wi.z > 0.0f);
-    scratch_.shadow_light[scratch_.shadow.count] = {path.pixel, path.first != 0, found};
+    scratch_.shadow_light[scratch_.shadow.count] = {path.pixel, LightSoughtBy(path, wi.z), found};
     scratch_.shadow.Push(ray.origin, ray.direction, ray.end);
   }
   return total;
@@ -318,7 +350,7 @@ void Tracer::TraceShadows() {
     if (through == vec3(0.0f)) {
       continue;
     }
-    AddFound(found.pixel, found.direct,
+    AddFound(found.pixel, found.kind,
              {found.light.diffuse * through, found.light.specular * through});
   }
 }
@@ -333,14 +365,18 @@ void Tracer::TraceBounces() {
 }  // namespace
 
 void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
-                 const PathSampler* samplers, int count, PathScratch* scratch,
-                 RenderTimings* timings) {
-  Tracer tracer(context, first, scratch, timings);
-  tracer.Start(pixels, samplers, count);
-  while (tracer.Alive()) {
-    tracer.ShadeAll();
-    tracer.TraceShadows();
-    tracer.TraceBounces();
+                 const PathSampler* samplers, const bool* separates, int count,
+                 PathScratch* scratch, RenderTimings* timings) {
+  const bool any =
+      separates != nullptr && std::find(separates, separates + count, true) != separates + count;
+  for (int part = 0; part < (any ? 2 : 1); ++part) {
+    Tracer tracer(context, first, scratch, timings);
+    tracer.Start(pixels, samplers, separates, part, count);
+    while (tracer.Alive()) {
+      tracer.ShadeAll();
+      tracer.TraceShadows();
+      tracer.TraceBounces();
+    }
   }
 }
 

@@ -15,8 +15,10 @@
 
 namespace stillray::render {
 
-/// Light of one sample by SignalKind.
-using SampleLight = std::array<vec3, kTracedSignalCount>;
+/// Light of one sample by SignalKind. The last two are zero unless transmitted light is separate.
+using SampleLight = std::array<vec3, kMostTracedSignals>;
+/// Sums of the squared luminances of samples, likewise.
+using SampleSquares = std::array<float, kMostTracedSignals>;
 
 /// A path between two surfaces, with the state that it keeps between steps.
 struct Path : PathState {
@@ -32,7 +34,7 @@ struct PathScratch {
   RayBatch shadow;
   struct ShadowLight {
     int pixel;
-    bool direct;
+    int kind;  // kLight...
     FoundLight light;
   };
   ShadowLight shadow_light[kBatchCapacity];
@@ -48,8 +50,9 @@ struct PathScratch {
 /// \param first     of the pixels with a single layer, so that they need no second look-up; may be
 ///     null
 /// \param samplers  one per pixel
+/// \param separates  by pixel: its transmitted light is separate, see PixelGuides; null: none
 void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
-                 const PathSampler* samplers, int count, PathScratch* scratch,
-                 RenderTimings* timings);
+                 const PathSampler* samplers, const bool* separates, int count,
+                 PathScratch* scratch, RenderTimings* timings);
 
 }  // namespace stillray::render

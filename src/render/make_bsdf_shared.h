@@ -62,17 +62,31 @@ SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
   return bsdf.specular_scale * reflected;
 }
 
-// The same for all specular lobes.
-SHARED_FN vec3 SpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share,
-                              SHARED_IN(GlassShare) of_glass) {
-  vec3 albedo = ReflectedShare(bsdf, share);
+// The fractions of uniform white light that all specular lobes together send to the viewer.
+struct SpecularAlbedo {
+  vec3 reflected;
+  vec3 transmitted;
+};
+
+SHARED_FN SpecularAlbedo MakeSpecularAlbedo(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share,
+                                            SHARED_IN(GlassShare) of_glass) {
+  SpecularAlbedo albedo;
+  albedo.reflected = ReflectedShare(bsdf, share);
+  albedo.transmitted = vec3(0.0f);
   if (bsdf.glass_weight > 0.0f) {
-    float transmitted = of_glass.total - of_glass.reflected;
+    float weight = bsdf.glass_weight * bsdf.glass_compensation;
     vec3 colour = HasFilm(bsdf) ? bsdf.film_sheet : vec3(1.0f);
-    albedo += (of_glass.reflected * colour + bsdf.tint * transmitted) *
-              (bsdf.glass_weight * bsdf.glass_compensation);
+    albedo.reflected += colour * (of_glass.reflected * weight);
+    albedo.transmitted = bsdf.tint * ((of_glass.total - of_glass.reflected) * weight);
   }
-  return bsdf.layered != 0 ? albedo + vec3(bsdf.coat_albedo) : albedo;
+  if (bsdf.layered != 0) {
+    albedo.reflected += vec3(bsdf.coat_albedo);
+  }
+  return albedo;
+}
+
+SHARED_FN vec3 SumOf(SHARED_IN(SpecularAlbedo) albedo) {
+  return albedo.reflected + albedo.transmitted;
 }
 
 // Of all lobes whose light counts as diffuse.

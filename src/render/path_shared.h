@@ -6,7 +6,8 @@
 // At every surface light is sampled both by a shadow ray to a light and by the scattered ray,
 // combined by multiple importance sampling (Veach 1997), or by one of the two alone. The diffuse
 // and specular lobes of the first surface are kept separate: the path beyond carries one weight for
-// each.
+// each. Frames that separate transmitted light have a second path in pixels of smooth glass and of
+// alpha-blended layers: for the reflection, or for what lies behind the first layer.
 #ifndef STILLRAY_RENDER_PATH_SHARED_H
 #define STILLRAY_RENDER_PATH_SHARED_H
 
@@ -37,6 +38,13 @@ const int kSampleBsdf = 1;
 const int kSampleLight = 2;
 const int kSampleMis = 3;
 
+// Properties of the light that a path finds, as bits.
+const int kLightDirect = 1;
+// The glass of the first surface has transmitted its specular part.
+const int kLightTransmitted = 2;
+// It comes from behind an alpha-blended surface, where the path has started.
+const int kLightBehind = 4;
+
 // A path between two surfaces.
 struct PathState {
   vec3 throughput;    // after the first surface
@@ -54,9 +62,10 @@ struct PathState {
   vec3 normal;  // shading normal at `origin`
   int bounces;  // number of them that scattered, without the first
   int free_events;
-  int first;   // 1: has not scattered yet
-  int direct;  // 1: light hit now is direct light
-  uint seed;   // of the pixel's random numbers
+  int first;  // until it scatters: 1 + the lobes of the first surface that it samples
+              // (kAllLobes...)
+  int light;  // kLight...: properties of light that is hit now
+  uint seed;  // of the pixel's random numbers
 };
 
 SHARED_FN PathState StartPath(uint seed) {
@@ -76,8 +85,8 @@ SHARED_FN PathState StartPath(uint seed) {
   path.normal = vec3(0.0f);
   path.bounces = 0;
   path.free_events = 0;
-  path.first = 1;
-  path.direct = 0;
+  path.first = 1 + kAllLobes;
+  path.light = 0;
   path.seed = seed;
   return path;
 }
@@ -180,6 +189,68 @@ SHARED_FN float LeastAlpha(SHARED_IN(PathState) path) {
   return alpha > kSmoothAlpha ? alpha : 0.0f;
 }
 
+// Pixels whose transmitted light is separate have two paths; the parts that they trace.
+// \param part     0 or 1
+// \param layered  the pixel has several layers: its path starts at the first one or, with
+//     `weight`, at a later one
+SHARED_FN void StartPart(SHARED_INOUT(PathState) path, int part, bool layered, float weight) {
+  if (layered) {
+    path.throughput = vec3(weight);
+    path.light = part != 0 ? kLightBehind : 0;
+  } else {
+    path.first = 1 + (part != 0 ? kReflectionOfGlass : kLobesWithoutReflection);
+  }
+}
+
+// Indices of kinds of light in a frame, by SignalKind.
+const int kDirectDiffuse = 0;
+const int kIndirectDiffuse = 1;
+const int kDirectSpecular = 2;
+const int kIndirectSpecular = 3;
+const int kDirectTransmission = 4;
+const int kIndirectTransmission = 5;
+// Number of kinds in frames without and with transmitted light of its own kind.
+const int kSurfaceSignals = 4;
+const int kAllSignals = 6;
+
+SHARED_FN int DiffuseKind(int light) {
+  return (light & kLightDirect) != 0 ? kDirectDiffuse : kIndirectDiffuse;
+}
+
+// Of specular light.
+SHARED_FN int SpecularKind(int light) {
+  bool transmitted = (light & (kLightTransmitted | kLightBehind)) != 0;
+  int direct = transmitted ? kDirectTransmission : kDirectSpecular;
+  return (light & kLightDirect) != 0 ? direct : direct + 1;
+}
+
+// The light of both lobes as the frame stores it: all light from behind an alpha-blended surface
+// has the kind of transmitted light.
+SHARED_FN FoundLight SortLight(FoundLight found, int light) {
+  if ((light & kLightBehind) != 0) {
+    found.specular += found.diffuse;
+    found.diffuse = vec3(0.0f);
+  }
+  return found;
+}
+
+// The lobes of the surface that the path has met which it samples.
+SHARED_FN int PartOfBsdf(SHARED_IN(PathState) path) {
+  return max(path.first - 1, kAllLobes);
+}
+
+// Whether light from there is that which glass transmits, of a path for it alone.
+SHARED_FN bool IsTransmitted(SHARED_IN(PathState) path, float local_z) {
+  return PartOfBsdf(path) == kLobesWithoutReflection && local_z < 0.0f;
+}
+
+// Properties of light that is sampled at a surface. \param local_z  of its direction
+SHARED_FN int LightSoughtBy(SHARED_IN(PathState) path, float local_z) {
+  int light = path.light & ~kLightDirect;
+  light |= path.first != 0 ? kLightDirect : 0;
+  return light | (IsTransmitted(path, local_z) ? kLightTransmitted : 0);
+}
+
 // Light that the path's ray hit.
 SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
   vec3 light = path.throughput * radiance;
@@ -255,7 +326,7 @@ SHARED_FN float MeanAlpha(SHARED_IN(Bsdf) bsdf) {
 SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at,
                            SHARED_IN(Bsdf) bsdf, vec4 u, int most_bounces,
                            SHARED_INOUT(vec3) direction) {
-  BsdfSample drawn = SampleBsdf(bsdf, at.local_wo, u);
+  BsdfSample drawn = SampleBsdf(bsdf, at.local_wo, u, PartOfBsdf(path));
   if (drawn.kind == kScatterNone) {
     return false;
   }
@@ -282,11 +353,11 @@ SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
   if (path.first != 0) {
     path.diffuse = drawn.diffuse;
     path.specular = drawn.specular;
-    path.direct = 1;
+    path.light |= kLightDirect | (IsTransmitted(path, drawn.wi.z) ? kLightTransmitted : 0);
   } else {
     path.throughput *= drawn.diffuse + drawn.specular;
     // A sheet passed undeflected does not make light indirect: shadow rays pass it too.
-    path.direct = drawn.kind == kScatterStraight ? path.direct : 0;
+    path.light = drawn.kind == kScatterStraight ? path.light : path.light & ~kLightDirect;
   }
   EnterMedium(path, at, drawn.wi.z < 0.0f);
   if (drawn.kind == kScatterRough) {
@@ -349,7 +420,7 @@ SHARED_FN int CrossMedium(SHARED_INOUT(PathState) path, float far, vec4 u, float
     return kMediumEnds;
   }
   path.density = 0.0f;
-  path.direct = 0;
+  path.light &= ~kLightDirect;
   direction = SampleScattering(direction, path.scatter_anisotropy, u.z, u.w);
   distance = flight.distance;
   return kMediumScatters;

@@ -34,29 +34,31 @@ struct TileScratch {
   PixelGuides guides[kBatchCapacity];
   LensGuides lens_guides[kBatchCapacity];  // sums over the samples, with a lens
   FirstSurface first[kBatchCapacity];
-  VirtualImage images[kBatchCapacity];
+  bool separates[kBatchCapacity];  // see PixelGuides
+  ImageBatch images;
   SampleLight sum[kBatchCapacity];
-  std::array<float, kTracedSignalCount> square[kBatchCapacity];
+  SampleSquares square[kBatchCapacity];
   PathScratch paths;
   RenderTimings timings;
 };
 static_assert(kTileSize * kTileSize <= kBatchCapacity);
 
-bool IsSpecular(int kind) {
-  return static_cast<SignalKind>(kind) == SignalKind::kDirectSpecular ||
-         static_cast<SignalKind>(kind) == SignalKind::kIndirectSpecular;
+/// The albedo that divides light of a SignalKind.
+vec3 AlbedoOf(const PixelGuides& guides, int kind) {
+  if (kind >= kDirectTransmission) {
+    return guides.transmission_albedo;
+  }
+  return kind >= kDirectSpecular ? guides.specular_albedo : guides.albedo;
 }
 
-void AddSamples(int count, bool with_squares, TileScratch* scratch) {
+void AddSamples(int count, int signals, bool with_squares, TileScratch* scratch) {
   for (int i = 0; i < count; ++i) {
-    for (int k = 0; k < kTracedSignalCount; ++k) {
+    for (int k = 0; k < signals; ++k) {
       const auto kind = static_cast<size_t>(k);
       const vec3 light = scratch->paths.light[i][kind];
       scratch->sum[i][kind] += light;
       if (with_squares) {
-        const vec3 albedo =
-            IsSpecular(k) ? scratch->guides[i].specular_albedo : scratch->guides[i].albedo;
-        const float l = Luminance709(Demodulate(light, albedo));
+        const float l = Luminance709(Demodulate(light, AlbedoOf(scratch->guides[i], k)));
         scratch->square[i][kind] += l * l;
       }
     }
@@ -124,7 +126,7 @@ class PathTracer final : public Renderer {
   PathTracer(const Scene& scene, const RenderSettings& settings)
       : settings_(settings),
         any_transmission_(AnyTransmission(scene)),
-        may_show_images_(MayShowImages(scene)),
+        images_(ImagesOfScene(scene)),
         masks_(scene),
         state_(scene),
         bsdfs_(scene, settings.regularise),
@@ -154,8 +156,9 @@ class PathTracer final : public Renderer {
   const vec2* ChooseLensPoints(const TraceContext& context, TileScratch* scratch) const;
   void FindGuides(const TraceContext& context, const Frame& frame, uint64_t sample,
                   TileScratch* scratch) const;
-  static void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
-                              Frame* frame);
+  ImageKinds ShownImages(const TraceContext& context) const;
+  void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
+                       Frame* frame) const;
   void PreparePlanes(const TraceContext& context, const RenderMoment& moment, Frame* frame) const;
   void TraceSamples(const TraceContext& context, const Frame& frame, uint64_t first_sample,
                     TileScratch* scratch) const;
@@ -169,7 +172,7 @@ class PathTracer final : public Renderer {
 
   RenderSettings settings_;
   bool any_transmission_;
-  bool may_show_images_;
+  ImageKinds images_;  // that the scene may show
   LensMasks masks_;
   SceneState state_;
   BsdfTables bsdfs_;
@@ -206,6 +209,7 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
   CameraPair cameras = CamerasOf(state_, moment, settings_.width, settings_.height);
   const Lens lens = LensOf(state_.scene(), settings_, moment.camera);
   SetLens(state_, lens, &cameras);
+  const bool has_lens = cameras.now.lens_radius > 0.0f;
   return TraceContext{state_,
                       bsdfs_,
                       lights_,
@@ -214,7 +218,8 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
                       cameras.now,
                       cameras.before,
                       !any_transmission_,
-                      MakeLensArrays(lens, masks_)};
+                      MakeLensArrays(lens, masks_),
+                      WantedImages(settings_, images_, has_lens).refraction};
 }
 
 Status PathTracer::SetSettings(const RenderSettings& settings) {
@@ -275,15 +280,26 @@ void PathTracer::FindGuides(const TraceContext& context, const Frame& frame, uin
   const PhaseTimer timer(&timings->shade_ms);
   for (int i = 0; i < scratch->count; ++i) {
     scratch->guides[i] = MakeGuides(context, scratch->pixels[i], &scratch->first[i]);
+    scratch->separates[i] = scratch->guides[i].separates_transmission();
   }
 }
 
+ImageKinds PathTracer::ShownImages(const TraceContext& context) const {
+  return WantedImages(settings_, images_, context.camera.lens_radius > 0.0f);
+}
+
 void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
-                                 TileScratch* scratch, Frame* frame) {
-  if (!frame->reflection.empty()) {
-    FindVirtualImages(context, scratch->pixels, scratch->first, scratch->count,
-                      &scratch->paths.trace, scratch->images, &scratch->timings);
-    StoreVirtualImages(tile, scratch->images, &frame->reflection);
+                                 TileScratch* scratch, Frame* frame) const {
+  const ImageKinds shown = ShownImages(context);
+  if (shown.any()) {
+    FindVirtualImages(context, shown, scratch->pixels, scratch->first, scratch->separates,
+                      scratch->count, &scratch->paths.trace, &scratch->images, &scratch->timings);
+  }
+  if (shown.reflection) {
+    StoreVirtualImages(tile, scratch->images.reflection, &frame->reflection);
+  }
+  if (shown.refraction) {
+    StoreVirtualImages(tile, scratch->images.refraction, &frame->refraction);
   }
   const PhaseTimer timer(&scratch->timings.shade_ms);
   StoreGuides(tile, scratch->guides, frame);
@@ -291,12 +307,10 @@ void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
 
 void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& moment,
                                Frame* frame) const {
-  PrepareFrame(settings_, moment, frame);
+  PrepareFrame(settings_, moment, context.separates_transmission, frame);
   frame->focal_pixels = FocalPixels(context.camera);
   PreparePreviousNormals(state_, frame);
-  const bool shown =
-      may_show_images_ && WantsImages(settings_) && context.camera.lens_radius <= 0.0f;
-  PrepareVirtualGuides(settings_, shown, frame);
+  PrepareVirtualGuides(settings_, ShownImages(context), frame);
 }
 
 /// Traces the light of the batch's pixels, whose guides in the first sample are known. With a lens
@@ -310,14 +324,15 @@ void PathTracer::TraceSamples(const TraceContext& context, const Frame& frame,
     scratch->lens_guides[i].samples = 0;
   }
   const auto spp = static_cast<uint64_t>(settings_.spp);
+  const auto signals = static_cast<int>(frame.signals.size());
   for (uint64_t s = 0; s < spp; ++s) {
     if (has_lens && s > 0) {
       FindGuides(context, frame, first_sample + s, scratch);
     }
     MakeSamplers(SampleStream::kFrames, first_sample + s, scratch);
-    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, scratch->count,
-                &scratch->paths, &scratch->timings);
-    AddSamples(scratch->count, spp > 1, scratch);
+    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, scratch->separates,
+                scratch->count, &scratch->paths, &scratch->timings);
+    AddSamples(scratch->count, signals, spp > 1, scratch);
     for (int i = 0; i < scratch->count && has_lens; ++i) {
       AddLensSample(scratch->lens_guides[i], OneSample(scratch->guides[i]));
     }
@@ -366,7 +381,7 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileS
     }
     FindPrimarySurfaces(context, scratch->points, ChooseLensPoints(context, scratch),
                         scratch->count, &scratch->paths.trace, scratch->pixels, timings);
-    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, scratch->count,
+    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, nullptr, scratch->count,
                 &scratch->paths, timings);
     for (int i = 0; i < scratch->count; ++i) {
       const UnscatteredLight own = FindUnscatteredLight(context, scratch->pixels[i]);

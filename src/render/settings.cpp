@@ -246,7 +246,8 @@ std::vector<Row> MakeTable() {
                         .type = ParameterType::kFlag,
                         .group = "sampling",
                         .help = "Guides of what mirrors and glass show, by extra rays from smooth "
-                                "surfaces."},
+                                "surfaces; light that comes through glass and blended surfaces is "
+                                "then separate."},
                .member = &S::virtual_guides});
   t.push_back({.info = {.name = "bounces",
                         .type = ParameterType::kInt,

@@ -359,7 +359,8 @@ GlassShare BsdfTables::ShareOfGlass(const Surface& surface, float alpha) const {
   return {tables.leave_reflected.Lookup(at), tables.leave_total.Lookup(at)};
 }
 
-Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_albedo) const {
+Bsdf BsdfTables::Make(const Surface& surface, float min_alpha,
+                      SpecularAlbedo* specular_albedo) const {
   const Material& material = *surface.material;
   BsdfInput input;
   input.base_colour = surface.base_colour;
@@ -393,7 +394,7 @@ Bsdf BsdfTables::Make(const Surface& surface, float min_alpha, vec3* specular_al
     AddLayers(bsdf, layers, alphas, shares, share, glass_covered);
   }
   if (specular_albedo != nullptr) {
-    *specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
+    *specular_albedo = MakeSpecularAlbedo(bsdf, share, of_glass);
   }
   return bsdf;
 }

@@ -44,9 +44,9 @@ class BsdfTables {
   /// The surface's BSDF for its wo.
   /// \param min_alpha        minimum GGX alpha of path-space regularisation (not for smooth thin
   ///     sheets: shadow rays pass them undeflected)
-  /// \param specular_albedo  [out] if not null: the fraction of uniform white light that specular
-  ///     lobes reflect towards wo, exact
-  Bsdf Make(const Surface& surface, float min_alpha, vec3* specular_albedo = nullptr) const;
+  /// \param specular_albedo  [out] if not null; exact
+  Bsdf Make(const Surface& surface, float min_alpha,
+            SpecularAlbedo* specular_albedo = nullptr) const;
 
   size_t memory_bytes() const;
 

@@ -26,6 +26,9 @@ struct TraceContext {
   /// with its next ray or not at all.
   bool ends_are_opaque = false;
   LensArrays lens{};
+  /// Light that glass transmits, and that of surfaces behind alpha-blended ones, has signals of its
+  /// own.
+  bool separates_transmission = false;
 };
 
 /// Adds its lifetime to a sum of milliseconds.

@@ -19,15 +19,12 @@ namespace {
 /// A chain of smooth surfaces.
 struct Chain {
   int pixel = 0;
+  VirtualImage* image = nullptr;  ///< [out]
   vec3 direction;
   float length = 0;
   vec3 throughput = vec3(1.0f);  ///< colour of the surfaces behind the first one
   int count = 0;
   int rays = 0;
-  /// It only looks for a light that glass reflects, while another chain of the pixel passes
-  /// through: the mirror image of a light is brighter than what is seen through the glass.
-  bool seeks_light = false;
-  float reflectance = 1;                          ///< of the glass, then
   std::array<ChainVertex, kMostVertices> vertex;  ///< in the previous frame
 
   ChainArrays arrays() const { return {vertex.data(), count}; }
@@ -94,17 +91,23 @@ vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& e
   return before - now;
 }
 
+/// The albedo of all lobes of a surface.
+vec3 WholeAlbedo(const Bsdf& bsdf, const SpecularAlbedo& specular) {
+  return min(DiffuseAlbedo(bsdf) + SumOf(specular), vec3(1.0f));
+}
+
 /// The image at the end of a chain on a surface.
 VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const PrimaryPixel& pixel,
                      const Hit& hit, const Surface& surface, const Bsdf& bsdf,
-                     vec3 specular_albedo) {
+                     const SpecularAlbedo& specular) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
   VirtualImage image;
   image.depth = chain.length * dot(pixel.direction, context.camera.forward);
   image.normal = surface.frame.z;
-  const vec3 own = instance.material->emits()
-                       ? max(context.state.Emission(hit), vec3(kLeastRadiance))
-                       : min(DiffuseAlbedo(bsdf) + specular_albedo, vec3(1.0f));
+  const bool emits = instance.material->emits();
+  const vec3 emission = emits ? context.state.Emission(hit) : vec3(0.0f);
+  const vec3 own = emits ? max(emission, vec3(kLeastRadiance)) : WholeAlbedo(bsdf, specular);
+  image.light = chain.count == 1 ? ChainLuminance(emission) : 0.0f;
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
   const ChainEnd end = {PreviousPoint(instance, hit, surface.position), 0};
@@ -114,56 +117,50 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
 
 VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
                         const PrimaryPixel& pixel) {
+  const vec3 radiance = context.lights.environment().Radiance(chain.direction);
   VirtualImage image;
   image.depth = kInfinity;
-  image.albedo = chain.throughput *
-                 max(context.lights.environment().Radiance(chain.direction), vec3(kLeastRadiance));
+  image.albedo = chain.throughput * max(radiance, vec3(kLeastRadiance));
+  image.light = chain.count == 1 ? ChainLuminance(radiance) : 0.0f;
   image.motion =
       MotionOf(context, chain, {chain.direction, 1}, context.camera.Project(pixel.direction));
   return image;
+}
+
+/// What is seen behind an alpha-blended surface, whose emission is not part of the signals.
+VirtualImage ImageBehind(const TraceContext& context, const PrimaryPixel& pixel) {
+  const Hit& hit = HeaviestLayer(pixel, 1)->hit;
+  const Surface surface = MakeSurface(context.state, hit, pixel.direction);
+  SpecularAlbedo specular;
+  const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular);
+  return {context.camera.Depth(surface.position),
+          surface.frame.z,
+          WholeAlbedo(bsdf, specular),
+          MotionOfSurface(context, pixel, hit, surface.position),
+          hit.instance + 1,
+          0.0f};
 }
 
 /// The chains of a batch.
 class Tracer {
  public:
   Tracer(const TraceContext& context, const PrimaryPixel* pixels, RayScratch* scratch,
-         VirtualImage* images, RenderTimings* timings)
-      : context_(context),
-        pixels_(pixels),
-        scratch_(*scratch),
-        images_(images),
-        timings_(*timings) {
+         RenderTimings* timings)
+      : context_(context), pixels_(pixels), scratch_(*scratch), timings_(*timings) {
     scratch_.rays.count = 0;
   }
 
-  void Start(int pixel, const FirstSurface& first) {
-    const PrimaryPixel& of = pixels_[pixel];
+  /// \param image  [out] set by Run if the chain shows one
+  void Start(int pixel, const FirstSurface& first, const Leaving& leaving, VirtualImage* image) {
     Chain chain;
     chain.pixel = pixel;
-    chain.direction = of.direction;
+    chain.image = image;
+    chain.direction = pixels_[pixel].direction;
     chain.length = length(first.surface.position - context_.camera.position);
-    const Leaving leaving = LeavingOf(first.bsdf, first.surface, vec3(1.0f), 1);
-    const Chain start = chain;
-    if (Continue(context_, of.layers[0].hit, first.surface, leaving, &chain, &scratch_.rays)) {
+    if (Continue(context_, pixels_[pixel].layers[0].hit, first.surface, leaving, &chain,
+                 &scratch_.rays)) {
       chains_.push_back(chain);
     }
-    if (leaving.way == kChainRefracts || leaving.way == kChainGoesOn) {
-      starts_.push_back({start, of.layers[0].hit, first.surface, leaving.reflectance});
-    }
-  }
-
-  /// Looks for lights that glass reflects, after all other chains have ended.
-  void SeekLights() {
-    for (const GlassStart& glass : starts_) {
-      Chain chain = glass.chain;
-      chain.seeks_light = true;
-      chain.reflectance = glass.reflectance;
-      if (Continue(context_, glass.hit, glass.surface, LeavingBy(kChainReflects), &chain,
-                   &scratch_.rays)) {
-        chains_.push_back(chain);
-      }
-    }
-    Run();
   }
 
   void Run() {
@@ -175,20 +172,6 @@ class Tracer {
   }
 
  private:
-  /// A visible surface of glass.
-  struct GlassStart {
-    Chain chain;
-    Hit hit;
-    Surface surface;
-    float reflectance = 0;
-  };
-
-  /// Whether glass visibly reflects light of this radiance.
-  bool IsVisible(const Chain& chain, vec3 radiance) const {
-    return chain.reflectance * Luminance709(radiance) >
-           kVisibleLight * context_.lights.environment().arrays().mean_luminance;
-  }
-
   void Step() {
     std::vector<Chain> next;
     rays_ = scratch_.rays;
@@ -197,15 +180,8 @@ class Tracer {
       Chain& chain = chains_[i];
       const Hit hit = scratch_.hits.Get(static_cast<int>(i));
       if (hit.instance == kNoHit) {
-        const bool is_light =
-            !chain.seeks_light ||
-            IsVisible(chain, context_.lights.environment().Radiance(chain.direction));
-        if (is_light) {
-          images_[chain.pixel] = ImageOfSky(context_, chain, pixels_[chain.pixel]);
-        }
-        continue;
-      }
-      if (Meet(hit, rays_.Origin(static_cast<int>(i)), &chain)) {
+        *chain.image = ImageOfSky(context_, chain, pixels_[chain.pixel]);
+      } else if (Meet(hit, rays_.Origin(static_cast<int>(i)), &chain)) {
         next.push_back(chain);
       }
     }
@@ -219,76 +195,101 @@ class Tracer {
     if (context_.state.Opacity(hit) < kChainOpacity) {
       return Continue(context_, hit, surface, LeavingBy(kChainGoesOn), chain, &scratch_.rays);
     }
-    if (chain->seeks_light &&
-        !(surface.material->emits() && IsVisible(*chain, context_.state.Emission(hit)))) {
-      return false;
-    }
-    vec3 specular_albedo;
-    const Bsdf bsdf = context_.bsdfs.Make(surface, 0.0f, &specular_albedo);
-    const Leaving leaving = LeavingOf(bsdf, surface, specular_albedo, 0);
+    SpecularAlbedo specular;
+    const Bsdf bsdf = context_.bsdfs.Make(surface, 0.0f, &specular);
+    const Leaving leaving = LeavingOf(bsdf, surface, SumOf(specular));
     const vec3 before = chain->throughput;
-    chain->throughput *= leaving.way == kChainReflects ? specular_albedo : bsdf.tint;
+    chain->throughput *= leaving.way == kChainReflects ? SumOf(specular) : bsdf.tint;
     if (Continue(context_, hit, surface, leaving, chain, &scratch_.rays)) {
       return true;
     }
     chain->throughput = before;
-    images_[chain->pixel] =
-        ImageOf(context_, *chain, pixels_[chain->pixel], hit, surface, bsdf, specular_albedo);
+    *chain->image = ImageOf(context_, *chain, pixels_[chain->pixel], hit, surface, bsdf, specular);
     return false;
   }
 
   const TraceContext& context_;
   const PrimaryPixel* pixels_;
   RayScratch& scratch_;
-  VirtualImage* images_;
   RenderTimings& timings_;
   RayBatch rays_;
   std::vector<Chain> chains_;
-  std::vector<GlassStart> starts_;
 };
 
 }  // namespace
 
-bool MayShowImages(const Scene& scene) {
-  return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
+ImageKinds ImagesOfScene(const Scene& scene) {
+  ImageKinds kinds;
+  for (const Material& m : scene.materials) {
     const bool coat = m.clearcoat > 0.0f && (m.clearcoat_roughness <= kSmoothRoughness ||
                                              m.clearcoat_roughness_texture.texture >= 0);
-    return coat || m.roughness <= kSmoothRoughness || m.metallic_roughness_texture.texture >= 0;
-  });
+    kinds.reflection = kinds.reflection || coat || m.roughness <= kSmoothRoughness ||
+                       m.metallic_roughness_texture.texture >= 0;
+    kinds.refraction =
+        kinds.refraction || m.transmission > 0.0f || m.alpha_mode == AlphaMode::kBlend;
+  }
+  return kinds;
 }
 
-bool WantsImages(const RenderSettings& settings) {
-  return settings.virtual_guides &&
-         (settings.cycle == 1 || settings.guides == GuideCoverage::kFull);
+ImageKinds WantedImages(const RenderSettings& settings, const ImageKinds& of_scene, bool has_lens) {
+  const bool wanted = settings.virtual_guides && !has_lens &&
+                      (settings.cycle == 1 || settings.guides == GuideCoverage::kFull);
+  return wanted ? of_scene : ImageKinds();
 }
 
-void PrepareVirtualGuides(const RenderSettings& settings, bool shown, Frame* frame) {
-  VirtualGuides& image = frame->reflection;
-  frame->refraction = VirtualGuides();
+namespace {
+
+void PrepareImage(const RenderSettings& settings, bool shown, VirtualGuides* image) {
   if (!shown) {
-    image = VirtualGuides();
+    *image = VirtualGuides();
     return;
   }
-  ResizeImage(&image.depth, settings.width, settings.height);
-  ResizeImage(&image.normal, settings.width, settings.height);
-  ResizeImage(&image.albedo, settings.width, settings.height);
-  ResizeImage(&image.motion, settings.width, settings.height);
-  ResizeImage(&image.id, settings.width, settings.height);
+  ResizeImage(&image->depth, settings.width, settings.height);
+  ResizeImage(&image->normal, settings.width, settings.height);
+  ResizeImage(&image->albedo, settings.width, settings.height);
+  ResizeImage(&image->motion, settings.width, settings.height);
+  ResizeImage(&image->id, settings.width, settings.height);
 }
 
-void FindVirtualImages(const TraceContext& context, const PrimaryPixel* pixels,
-                       const FirstSurface* first, int count, RayScratch* scratch,
-                       VirtualImage* images, RenderTimings* timings) {
+}  // namespace
+
+void PrepareVirtualGuides(const RenderSettings& settings, const ImageKinds& shown, Frame* frame) {
+  PrepareImage(settings, shown.reflection, &frame->reflection);
+  PrepareImage(settings, shown.refraction, &frame->refraction);
+}
+
+void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
+                       const PrimaryPixel* pixels, const FirstSurface* first, const bool* separates,
+                       int count, RayScratch* scratch, ImageBatch* images, RenderTimings* timings) {
   const PhaseTimer timer(&timings->image_ms);
-  Tracer tracer(context, pixels, scratch, images, timings);
-  for (int i = 0; i < count; ++i) {
-    images[i] = VirtualImage();
+  std::fill_n(images->reflection, count, VirtualImage());
+  std::fill_n(images->refraction, count, VirtualImage());
+  Tracer reflections(context, pixels, scratch, timings);
+  for (int i = 0; shown.reflection && i < count; ++i) {
     if (pixels[i].count == 1) {
-      tracer.Start(i, first[i]);
+      const Leaving leaving = FirstReflection(first[i].bsdf);
+      reflections.Start(i, first[i], leaving, &images->reflection[i]);
     }
   }
-  tracer.Run();
-  tracer.SeekLights();
+  reflections.Run();
+  Tracer transmissions(context, pixels, scratch, timings);
+  for (int i = 0; shown.refraction && i < count; ++i) {
+    if (pixels[i].count == 1 && separates[i]) {
+      const Leaving leaving = LeavingThrough(first[i].bsdf, first[i].surface);
+      transmissions.Start(i, first[i], leaving, &images->refraction[i]);
+    } else if (pixels[i].count > 1) {
+      images->refraction[i] = ImageBehind(context, pixels[i]);
+    }
+  }
+  transmissions.Run();
+  const float mean_sky = context.lights.environment().arrays().mean_luminance;
+  for (int i = 0; shown.reflection && shown.refraction && i < count; ++i) {
+    if (separates[i] && pixels[i].count == 1 &&
+        ReflectsVisibly(SolidReflectance(first[i].bsdf, first[i].surface),
+                        images->reflection[i].light, mean_sky)) {
+      images->refraction[i] = images->reflection[i];
+    }
+  }
 }
 
 void StoreVirtualImages(const Tile& tile, const VirtualImage* images, VirtualGuides* guides) {

@@ -47,16 +47,14 @@ const int kChainRefracts = 2;
 const int kChainGoesOn = 3;  // undeflected
 
 struct Leaving {
-  int way;            // kChain...
-  float eta;          // of kChainRefracts
-  float reflectance;  // of glass; else 1
+  int way;    // kChain...
+  float eta;  // of kChainRefracts
 };
 
 SHARED_FN Leaving LeavingBy(int way) {
   Leaving leaving;
   leaving.way = way;
   leaving.eta = 0.0f;
-  leaving.reflectance = 1.0f;
   return leaving;
 }
 
@@ -73,28 +71,58 @@ SHARED_FN float WidestAlpha(SHARED_IN(Bsdf) bsdf) {
   return IsAnisotropic(bsdf) ? bsdf.tangent_alpha : bsdf.specular_alpha;
 }
 
-// Solids that scatter inside do not show what is behind them.
-// \param first  1: the visible surface, whose specular light alone is guided: it may be diffuse too
-SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at, vec3 specular_albedo,
-                            int first) {
+// Transmission by smooth glass. Solids that scatter inside do not show what is behind them.
+SHARED_FN Leaving LeavingThrough(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {
+  Leaving leaving = LeavingBy(bsdf.thin != 0 ? kChainGoesOn : kChainRefracts);
+  leaving.eta = bsdf.eta;
+  leaving.way = Scatters(at) ? kChainEnds : leaving.way;
+  return leaving;
+}
+
+// Whether the transmission of the visible surface has an image of its own, and is traced by a path
+// of its own.
+SHARED_FN bool IsSmoothGlass(SHARED_IN(Bsdf) bsdf) {
+  return bsdf.pick_glass > 0.0f && IsSmooth(bsdf.glass_alpha);
+}
+
+// Whether the reflecting lobes other than glass are smooth.
+SHARED_FN bool ReflectsSmoothly(SHARED_IN(Bsdf) bsdf) {
+  return IsMainlyCoat(bsdf) ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
+                            : bsdf.pick_specular > 0.0f && IsSmooth(WidestAlpha(bsdf));
+}
+
+// How the chain of reflected light leaves the visible surface, which may be diffuse too: its
+// specular light alone is guided.
+SHARED_FN Leaving FirstReflection(SHARED_IN(Bsdf) bsdf) {
+  return LeavingBy(IsSmoothGlass(bsdf) || ReflectsSmoothly(bsdf) ? kChainReflects : kChainEnds);
+}
+
+SHARED_FN float ReflectanceOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {
+  return bsdf.thin != 0 ? bsdf.sheet_reflectance
+                        : FresnelOfGlass(bsdf, min(at.local_wo.z, 1.0f)).share;
+}
+
+// Of the visible face of solid glass; 0 for sheets.
+SHARED_FN float SolidReflectance(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {
+  return bsdf.thin == 0 ? ReflectanceOf(bsdf, at) : 0.0f;
+}
+
+// Whether solid glass reflects a light of this luminance so brightly that the image of transmitted
+// light is that of the light too: other faces of the glass, whose light is part of what is
+// transmitted, reflect it at about the same place.
+// \param reflectance  SolidReflectance
+SHARED_FN bool ReflectsVisibly(float reflectance, float light, float mean_sky) {
+  return reflectance * light > kVisibleLight * mean_sky && reflectance * light > 0.0f;
+}
+
+// How a chain leaves a later surface: glass along the part with more light.
+SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at,
+                            vec3 specular_albedo) {
   if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
-    Leaving glass = LeavingBy(kChainReflects);
-    float reflectance = bsdf.thin != 0 ? bsdf.sheet_reflectance
-                                       : FresnelOfGlass(bsdf, min(at.local_wo.z, 1.0f)).share;
-    if (!(reflectance > 0.5f)) {
-      if (Scatters(at)) {
-        return LeavingBy(kChainEnds);
-      }
-      glass.way = bsdf.thin != 0 ? kChainGoesOn : kChainRefracts;
-      glass.eta = bsdf.eta;
-      glass.reflectance = reflectance;
-    }
-    return glass;
+    return ReflectanceOf(bsdf, at) > 0.5f ? LeavingBy(kChainReflects) : LeavingThrough(bsdf, at);
   }
-  bool reflects = IsMainlyCoat(bsdf) ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
-                                     : bsdf.pick_specular > 0.0f && IsSmooth(WidestAlpha(bsdf));
   bool mostly = ChainLuminance(specular_albedo) > ChainLuminance(DiffuseAlbedo(bsdf));
-  return LeavingBy(reflects && (first != 0 || mostly) ? kChainReflects : kChainEnds);
+  return LeavingBy(mostly && ReflectsSmoothly(bsdf) ? kChainReflects : kChainEnds);
 }
 
 // Turns the direction of a chain at a surface. Returns whether it may leave: a shading normal may

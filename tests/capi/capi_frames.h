@@ -117,6 +117,7 @@ struct CallerFrame {
     Add("previous_normal", g.previous_normal);
     Add("albedo", g.albedo);
     Add("specular_albedo", g.specular_albedo);
+    Add("transmission_albedo", g.transmission_albedo);
     Add("motion", g.motion);
     Add("depth", g.depth);
     Add("roughness", g.roughness);
@@ -214,6 +215,7 @@ inline Frame RoundedToHalf(Frame frame) {
   round_planes(&g.previous_normal);
   round_planes(&g.albedo);
   round_planes(&g.specular_albedo);
+  round_planes(&g.transmission_albedo);
   round_planes(&g.motion);
   round_plane(&g.depth);
   round_plane(&g.roughness);

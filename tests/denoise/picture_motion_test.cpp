@@ -17,6 +17,7 @@ struct Wall {
   Guides surface;
   Guides selected;
   Image3 albedo{kWidth, kHeight};
+  Image3 other;  // of the other kind of image
 
   Wall() {
     surface = test::MakeWall(kWidth, kHeight).guides;
@@ -39,7 +40,7 @@ struct Wall {
   }
   Image2 Motion() const {
     Image2 motion = surface.motion;
-    FollowImages(surface, selected, albedo, &motion);
+    FollowImages(surface, selected, albedo, other, &motion);
     return motion;
   }
 };
@@ -60,6 +61,18 @@ TEST(PictureMotion, FollowsSurfacesThatAreDiffuseToo) {
   EXPECT_EQ(wall.Motion()[0](5, 8), 1);
 }
 
+// Of a pane: the image with more light.
+TEST(PictureMotion, FollowsTheBrighterOfTwoImages) {
+  for (const float other : {0.5f, 0.9f, 0.95f}) {
+    Wall wall;
+    wall.other = Image3(kWidth, kHeight);
+    for (int c = 0; c < 3; ++c) {
+      wall.other[c].Fill(other);
+    }
+    EXPECT_EQ(wall.Motion()[0](5, 8), other <= 0.9f ? 2 : 1) << other;
+  }
+}
+
 TEST(PictureMotion, FollowsSurfacesWhoseImageHasNoMotion) {
   Wall wall;
   wall.selected.motion[0](5, 8) = 2 * kWidth;
@@ -72,7 +85,7 @@ TEST(PictureMotion, FollowsSurfacesWhoseImageHasNoMotion) {
 TEST(PictureMotion, NoMotionStaysNone) {
   const Wall wall;
   Image2 none;
-  FollowImages(wall.surface, wall.selected, wall.albedo, &none);
+  FollowImages(wall.surface, wall.selected, wall.albedo, wall.other, &none);
   EXPECT_TRUE(none.empty());
 }
 

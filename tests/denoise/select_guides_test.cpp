@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "denoise/guide_source.h"
 #include "stage_test.h"
 
 namespace stillray {
@@ -97,8 +98,8 @@ TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
     }
     Guides out;
     Image3 albedo;
-    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f}, &out,
-            &albedo);
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f, 1.0f},
+            &out, &albedo);
     EXPECT_EQ(out.depth(0, 0), 2);
     EXPECT_EQ(out.depth(1, 0), 5);
     EXPECT_EQ(out.depth(2, 0), kImageOfSky);
@@ -117,6 +118,32 @@ TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
   }
 }
 
+// A pane shows what is beside it too, in the same place: the normals tell which is seen through it.
+TEST(SelectGuides, NormalsOfTransmittedImagesAreNegated) {
+  EXPECT_EQ(SelectGuidesOf(0.2f, GuideSource::kReflection).image_normal, 1);
+  const SelectGuidesParameters parameters = SelectGuidesOf(0.2f, GuideSource::kRefraction);
+  for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
+    Inputs in(3, 1);
+    in.surface.depth.Fill(2);
+    in.roughness.Fill(0.5f);  // of an alpha-blended surface
+    in.image.depth.Fill(5);
+    in.image.depth(2, 0) = 0;
+    for (int c = 0; c < 3; ++c) {
+      in.image.normal[c](0, 0) = 0.5f;
+      in.image.normal[c](1, 0) = 0;  // not given
+    }
+    Guides out;
+    Image3 albedo;
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, parameters, &out,
+            &albedo);
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_EQ(out.normal[c](0, 0), -0.5f);
+      EXPECT_EQ(out.normal[c](1, 0), -in.surface.normal[c](1, 0));
+      EXPECT_EQ(out.normal[c](2, 0), in.surface.normal[c](2, 0));
+    }
+  }
+}
+
 TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
   for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
     Inputs in(9, 5);
@@ -128,7 +155,8 @@ TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
     const Image1 unknown;
     Guides out;
     Image3 albedo;
-    version({&in.surface, &in.image, &unknown, &in.surface.specular_albedo}, {0.2f}, &out, &albedo);
+    version({&in.surface, &in.image, &unknown, &in.surface.specular_albedo}, {0.2f, 1.0f}, &out,
+            &albedo);
     test::ExpectEqual(out.normal[0], in.surface.normal[0]);
     test::ExpectEqual(out.motion[0], in.surface.motion[0]);
     test::ExpectEqual(out.id, in.surface.id);
@@ -142,21 +170,24 @@ TEST(SelectGuides, VersionsAgree) {
     const Inputs in(width, height);
     const SelectGuidesInput given = {&in.surface, &in.image, &in.roughness,
                                      &in.surface.specular_albedo};
-    Guides expected;
-    Guides got;
-    Image3 expected_albedo;
-    Image3 got_albedo;
-    reference::SelectGuides(given, {0.4f}, &expected, &expected_albedo);
-    cpu::SelectGuides(given, {0.4f}, &got, &got_albedo);
-    test::ExpectEqual(got.depth, expected.depth);
-    test::ExpectEqual(got.id, expected.id);
-    test::ExpectEqual(got.roughness, expected.roughness);
-    for (int c = 0; c < 3; ++c) {
-      test::ExpectEqual(got.normal[c], expected.normal[c]);
-      test::ExpectEqual(got_albedo[c], expected_albedo[c]);
-    }
-    for (int c = 0; c < 2; ++c) {
-      test::ExpectEqual(got.motion[c], expected.motion[c]);
+    for (const float image_normal : {1.0f, -1.0f}) {
+      const SelectGuidesParameters parameters = {0.4f, image_normal};
+      Guides expected;
+      Guides got;
+      Image3 expected_albedo;
+      Image3 got_albedo;
+      reference::SelectGuides(given, parameters, &expected, &expected_albedo);
+      cpu::SelectGuides(given, parameters, &got, &got_albedo);
+      test::ExpectEqual(got.depth, expected.depth);
+      test::ExpectEqual(got.id, expected.id);
+      test::ExpectEqual(got.roughness, expected.roughness);
+      for (int c = 0; c < 3; ++c) {
+        test::ExpectEqual(got.normal[c], expected.normal[c]);
+        test::ExpectEqual(got_albedo[c], expected_albedo[c]);
+      }
+      for (int c = 0; c < 2; ++c) {
+        test::ExpectEqual(got.motion[c], expected.motion[c]);
+      }
     }
   });
 }

@@ -18,6 +18,7 @@
 namespace stillray {
 namespace {
 
+using test::MakeGlass;
 using test::MakeMirrors;
 using test::PlanesOf;
 using test::PutOnDevice;
@@ -40,6 +41,7 @@ class EmbeddedLayers : public test::DeviceTest {
     options.height = f.height;
     options.precision = precision;
     options.virtual_guides = true;
+    options.transmission = HasTransmission(f);
     return options;
   }
   void MakeOutput(const Frame& f) {
@@ -74,7 +76,7 @@ class EmbeddedLayers : public test::DeviceTest {
     out.jitter_y = f.jitter_y;
     out.focal_pixels = f.focal_pixels;
     out.samples_per_pixel = pixels.samples_per_pixel;
-    for (size_t k = 0; k < from.lights.size(); ++k) {
+    for (size_t k = 0; k < pixels.lights().size(); ++k) {
       out.lights[k] = image(from.lights[k]);
       out.second_moments[k] = image(from.second_moments[k]);
     }
@@ -84,16 +86,20 @@ class EmbeddedLayers : public test::DeviceTest {
     out.motion = image(from.motion);
     out.albedo = image(from.albedo);
     out.specular_albedo = image(from.specular_albedo);
+    out.transmission_albedo = image(from.transmission_albedo);
     out.emission = image(from.emission, !f.emission.empty());
     out.background = image(from.background, !f.background.empty());
     out.samples = image(from.samples, !f.samples.empty());
     out.roughness = image(from.roughness);
     out.previous_normal = image(from.previous_normal, !f.guides.previous_normal.empty());
-    const gpu::VirtualImages& seen = from.reflection;
-    const bool reflects = !f.reflection.empty();
-    out.reflection = {image(seen.depth, reflects), image(seen.normal, reflects),
-                      image(seen.motion, reflects), image(seen.id, !f.reflection.id.empty()),
-                      image(seen.albedo, reflects)};
+    const auto seen = [&](const gpu::VirtualImages& images, const VirtualGuides& guides) {
+      const bool given = !guides.empty();
+      return VulkanVirtualGuides{image(images.depth, given), image(images.normal, given),
+                                 image(images.motion, given), image(images.id, !guides.id.empty()),
+                                 image(images.albedo, given)};
+    };
+    out.reflection = seen(from.reflection, f.reflection);
+    out.refraction = seen(from.refraction, f.refraction);
     out.colour = image(colour_);
     return out;
   }
@@ -111,11 +117,11 @@ class EmbeddedLayers : public test::DeviceTest {
   const gpu::Image* colour_ = nullptr;
 };
 
-/// MakeMirrors with all images, or with none that may lack.
-Frame MakeEmbedded(int index, bool all) {
-  Frame f = MakeMirrors(51, 37, index, false);
+/// MakeMirrors or MakeGlass with all images, or with none that may lack.
+Frame MakeEmbedded(int index, bool all, bool glass) {
+  Frame f = glass ? MakeGlass(51, 37, index, false) : MakeMirrors(51, 37, index, false);
   if (!all) {
-    f.guides.id = f.reflection.id = Plane<uint32_t>();
+    f.guides.id = f.reflection.id = f.refraction.id = Plane<uint32_t>();
     f.emission = Image3();
     f.guides.previous_normal = Image3();
   }
@@ -123,9 +129,11 @@ Frame MakeEmbedded(int index, bool all) {
 }
 
 TEST_F(EmbeddedLayers, PicturesAreThoseOfTheHost) {
-  for (const bool all : {true, false}) {
+  for (const auto& [all, glass] :
+       {std::pair{true, false}, {false, false}, {true, true}, {false, true}}) {
     SCOPED_TRACE(all ? "all images" : "without those that may lack");
-    const Frame first = MakeEmbedded(0, all);
+    SCOPED_TRACE(glass ? "glass" : "mirrors");
+    const Frame first = MakeEmbedded(0, all, glass);
     const VulkanOptions options = Options(first, DevicePrecision::kHalf);
     const Result<DeviceMemory> need = VulkanDenoiser::MemoryNeed(context(), options);
     ASSERT_TRUE(need.ok()) << need.status().message();
@@ -137,9 +145,9 @@ TEST_F(EmbeddedLayers, PicturesAreThoseOfTheHost) {
     Denoiser from_host = MakeDenoiser(options.settings, DevicePrecision::kHalf);
     for (int index = 0; index < 6; ++index) {
       SCOPED_TRACE(index);
-      Frame f = MakeEmbedded(index, all);
+      Frame f = MakeEmbedded(index, all, glass);
       if (index == 3) {  // a frame without them begins anew, as does the one after it
-        f.reflection = VirtualGuides();
+        (glass ? f.refraction : f.reflection) = VirtualGuides();
       }
       const Frame on_device = PutOnDevice(device_, f);
       DenoisedFrame expected;
@@ -206,7 +214,44 @@ TEST_F(EmbeddedLayers, SaysWhatIsMissing) {
   ASSERT_TRUE(without.ok());
   EXPECT_LT(without->memory().bytes, with->memory().bytes);
   EXPECT_THAT(message(&*without, [](VulkanFrame*) {}),
-              HasSubstr("virtual guides are given, but the denoiser was made without them"));
+              HasSubstr("virtual guides of reflected light are given, but the denoiser was made "
+                        "without virtual guides"));
+}
+
+TEST_F(EmbeddedLayers, SaysWhatIsMissingForTransmittedLight) {
+  const Frame f = MakeGlass(51, 37, 0, false);
+  const Frame on_device = PutOnDevice(device_, f);
+  VulkanOptions options = Options(f, DevicePrecision::kHalf);
+  MakeOutput(f);
+  Result<VulkanDenoiser> with = VulkanDenoiser::Create(context(), options);
+  ASSERT_TRUE(with.ok());
+  const auto message = [&](VulkanDenoiser* denoiser, const VulkanFrame& frame) {
+    std::string text;
+    Run([&](VkCommandBuffer commands) {
+      text = denoiser->Record(commands, frame).message();
+      return Status::Ok();
+    });
+    return text;
+  };
+  VulkanFrame frame = FrameOf(f, on_device);
+  frame.refraction.motion = {};
+  EXPECT_THAT(message(&*with, frame),
+              HasSubstr("image 'refraction.motion' is not given, beside 'refraction.depth'"));
+  frame.refraction = {};
+  EXPECT_EQ(message(&*with, frame), "");
+  // A denoiser for mirrors alone is given the images of glass.
+  const Frame mirrors = MakeMirrors(51, 37, 0, false);
+  Result<VulkanDenoiser> without =
+      VulkanDenoiser::Create(context(), Options(mirrors, DevicePrecision::kHalf));
+  ASSERT_TRUE(without.ok());
+  EXPECT_LT(without->memory().bytes, with->memory().bytes);
+  VulkanFrame of_mirrors = FrameOf(mirrors, on_device);
+  of_mirrors.lights[4] = of_mirrors.lights[5] = {};
+  of_mirrors.second_moments[4] = of_mirrors.second_moments[5] = {};
+  of_mirrors.refraction = of_mirrors.reflection;
+  EXPECT_THAT(message(&*without, of_mirrors),
+              HasSubstr("virtual guides of transmitted light are given, but the denoiser was made "
+                        "without transmission signals"));
 }
 
 }  // namespace

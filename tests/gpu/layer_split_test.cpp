@@ -25,6 +25,7 @@ namespace stillray {
 namespace {
 
 using test::Ids;
+using test::MakeGlass;
 using test::MakeMirrors;
 using test::MakePlane;
 using test::PlanesOf;
@@ -44,6 +45,37 @@ Image2 RandomMotion(int width, int height, uint32_t seed) {
   return motion;
 }
 
+/// \param first  id
+VirtualGuides RandomImages(int width, int height, uint32_t first) {
+  VirtualGuides v;
+  v.depth = MakePlane(width, height, [&](int x, int y) {
+    const float u = RandomAt(x / 7, y / 7, first / 1000 + 4);
+    return u < 0.1f ? kInfinity : u < 0.2f ? 0.0f : 8 * u;
+  });
+  v.normal = RandomImage<Image3>(width, height, first + 6);
+  v.albedo = RandomImage<Image3>(width, height, first + 7);
+  v.motion = RandomMotion(width, height, first + 80);
+  v.id = Ids(width, height, first, 5);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const float u = RandomAt(x, y, first + 40);
+      if (u < 0.02f) {
+        v.depth(x, y) = kNan;
+        v.motion[0](x, y) = kNan;
+      } else if (u < 0.1f) {
+        v.normal[1](x, y) = kNan;
+        v.albedo[2](x, y) = kInfinity;
+      } else if (u < 0.15f) {
+        v.motion[0](x, y) = 1e4f;
+        for (int c = 0; c < 3; ++c) {
+          v.normal[c](x, y) = 0;
+        }
+      }
+    }
+  }
+  return v;
+}
+
 /// A frame of random values, with invalid ones, without images, skies and rough surfaces in
 /// between; mirrors of 9 x 9 pixels have little diffuse light.
 Frame RandomFrame(int width, int height) {
@@ -51,9 +83,8 @@ Frame RandomFrame(int width, int height) {
   f.width = width;
   f.height = height;
   uint32_t seed = 100;
-  for (const SignalKind kind : {SignalKind::kDirectDiffuse, SignalKind::kIndirectDiffuse,
-                                SignalKind::kDirectSpecular, SignalKind::kIndirectSpecular}) {
-    f.signals.push_back({kind, RandomImage<Image3>(width, height, seed, 4),
+  for (int kind = 0; kind < kSignalKindCount; ++kind) {
+    f.signals.push_back({static_cast<SignalKind>(kind), RandomImage<Image3>(width, height, seed, 4),
                          RandomPlane(width, height, seed + 10, 9)});
     seed += 20;
   }
@@ -73,38 +104,18 @@ Frame RandomFrame(int width, int height) {
   g.specular_albedo = test::MakeImage(width, height, [](int x, int y, int c) {
     return 0.3f + 0.5f * RandomAt(x, y, 4 + static_cast<uint32_t>(c));
   });
+  g.transmission_albedo = test::MakeImage(width, height, [](int x, int y, int c) {
+    const float cell = RandomAt(x / 9, y / 9, 21) < 0.6f ? 0.2f : 0.9f;
+    return cell + 0.1f * RandomAt(x, y, 22 + static_cast<uint32_t>(c));
+  });
   g.id = Ids(width, height, 1, 11);
   g.roughness = MakePlane(width, height, [](int x, int y) {
     const float u = RandomAt(x / 9, y / 9, 9);
     return u < 0.1f ? kNan : u < 0.8f ? 0.5f * u : u;
   });
   g.previous_normal = RandomImage<Image3>(width, height, 60);
-  VirtualGuides& v = f.reflection;
-  v.depth = MakePlane(width, height, [](int x, int y) {
-    const float u = RandomAt(x / 7, y / 7, 5);
-    return u < 0.1f ? kInfinity : u < 0.2f ? 0.0f : 8 * u;
-  });
-  v.normal = RandomImage<Image3>(width, height, 6);
-  v.albedo = RandomImage<Image3>(width, height, 7);
-  v.motion = RandomMotion(width, height, 80);
-  v.id = Ids(width, height, 1000, 5);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const float u = RandomAt(x, y, 40);
-      if (u < 0.02f) {
-        v.depth(x, y) = kNan;
-        v.motion[0](x, y) = kNan;
-      } else if (u < 0.1f) {
-        v.normal[1](x, y) = kNan;
-        v.albedo[2](x, y) = kInfinity;
-      } else if (u < 0.15f) {
-        v.motion[0](x, y) = 1e4f;
-        for (int c = 0; c < 3; ++c) {
-          v.normal[c](x, y) = 0;
-        }
-      }
-    }
-  }
+  f.reflection = RandomImages(width, height, 1000);
+  f.refraction = RandomImages(width, height, 2000);
   return f;
 }
 
@@ -122,18 +133,20 @@ void ExpectSamePlane(const Image1& found, const Image1& expected) {
   }
 }
 
-/// What the host selects for the layer of a frame.
+/// What the host selects for a layer of a frame.
 struct Selected {
   Guides guides;
   Image3 albedo;
 
-  explicit Selected(const Frame& f) {
+  Selected(const Frame& f, GuideSource source) {
     const Guides& g = f.guides;
     reference::SelectGuides(
-        {&g, &f.reflection, &g.roughness, &g.specular_albedo, &g.previous_normal},
-        {kVirtualRoughness}, &guides, &albedo);
+        {&g, &ImageOf(f, source), &g.roughness, &SurfaceAlbedoOf(g, source), &g.previous_normal},
+        SelectGuidesOf(kVirtualRoughness, source), &guides, &albedo);
   }
 };
+
+constexpr GuideSource kSources[] = {GuideSource::kReflection, GuideSource::kRefraction};
 
 class LayerSplitTest : public test::DeviceTest {
  protected:
@@ -162,8 +175,7 @@ class LayerSplitTest : public test::DeviceTest {
     }
   }
 
-  void ExpectLayer(const vulkan::LayerImages& found, const Frame& f) {
-    const Selected expected(f);
+  void ExpectLayer(const vulkan::LayerImages& found, const Selected& expected) {
     const Guides& g = expected.guides;
     ExpectPlane(found.depth, g.depth);
     ExpectPlane(found.roughness, g.roughness);
@@ -175,8 +187,8 @@ class LayerSplitTest : public test::DeviceTest {
   }
 
   // Against the formula in double precision.
-  void ExpectMoments(const gpu::Image* found, const Signal& signal, const Frame& f) {
-    const Selected selected(f);
+  void ExpectMoments(const gpu::Image* found, const Signal& signal, const Frame& f,
+                     const Image3& own, const Selected& selected) {
     const Image1 moments = PlanesOf<float, 1>(device_.get(), *found)[0];
     const auto divided = [](const Image3& light, const Image3& albedo, int x, int y) {
       const double weights[] = {0.2126, 0.7152, 0.0722};
@@ -195,7 +207,6 @@ class LayerSplitTest : public test::DeviceTest {
     };
     for (int y = 0; y < f.height; ++y) {
       for (int x = 0; x < f.width; ++x) {
-        const Image3& own = f.guides.specular_albedo;
         const double mean = divided(signal.radiance, own, x, y);
         const double new_mean = divided(signal.radiance, selected.albedo, x, y);
         const double ratio = luminance(own, x, y) / luminance(selected.albedo, x, y);
@@ -207,37 +218,73 @@ class LayerSplitTest : public test::DeviceTest {
     }
   }
 
-  // The layer and the rest of a frame, with an image of the frame in place of the layer's picture.
-  void ExpectParts(const Frame& f, vulkan::LayerSplit* split) {
-    const Frame stays = PutOnDevice(device_, f);
-    const Result<Frame> layer = split->MakeLayer(stays, kVirtualRoughness);
-    ASSERT_TRUE(layer.ok()) << layer.status().message();
-    ASSERT_NO_FATAL_FAILURE(RunPart(*layer));
-    const vulkan::LayerImages& images = *split->images();
-    ASSERT_NO_FATAL_FAILURE(ExpectLayer(images, f));
-    ASSERT_NO_FATAL_FAILURE(ExpectMoments(images.direct_moment, f.signals[2], f));
-    ASSERT_NO_FATAL_FAILURE(ExpectMoments(images.indirect_moment, f.signals[3], f));
+  // A layer of a frame, with an image of the frame in place of its picture.
+  Frame MakeExpectedLayer(const Frame& f, const Frame& stays, GuideSource source,
+                          vulkan::LayerSplit* split) {
+    const Result<Frame> layer = split->MakeLayer(stays, source, kVirtualRoughness);
+    EXPECT_TRUE(layer.ok()) << layer.status().message();
+    EXPECT_NO_FATAL_FAILURE(RunPart(*layer));
+    const vulkan::LayerImages& images = *split->images(source);
+    const Selected expected(f, source);
+    const Image3& own = SurfaceAlbedoOf(f.guides, source);
+    const size_t light = source == GuideSource::kReflection ? 2 : 4;
+    EXPECT_NO_FATAL_FAILURE(ExpectLayer(images, expected));
+    EXPECT_NO_FATAL_FAILURE(
+        ExpectMoments(images.direct_moment, f.signals[light], f, own, expected));
+    EXPECT_NO_FATAL_FAILURE(
+        ExpectMoments(images.indirect_moment, f.signals[light + 1], f, own, expected));
     auto* part = dynamic_cast<vulkan::FramePart*>(layer->on_device.get());
     const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, stays);
-    part->picture = vulkan::RefTo(pixels.images().lights[0]);
-    const Result<Frame> rest = split->MakeRest(stays);
-    ASSERT_TRUE(rest.ok()) << rest.status().message();
-    ASSERT_NO_FATAL_FAILURE(RunPart(*rest));
-    const Selected selected(f);
+    part->picture =
+        vulkan::RefTo(pixels.images().lights[source == GuideSource::kReflection ? 0 : 1]);
+    return *layer;
+  }
+
+  // The layers and the rest of a frame. \param with_glass  it has transmitted light
+  void ExpectParts(const Frame& f, bool with_glass, vulkan::LayerSplit* split) {
+    const Frame stays = PutOnDevice(device_, f);
+    std::vector<Frame> layers;
     Image2 motion = f.guides.motion;
-    FollowImages(f.guides, selected.guides, f.guides.specular_albedo, &motion);
-    ASSERT_NO_FATAL_FAILURE(ExpectPlanes(images.picture_motion, motion));
     Image3 emission = f.emission;
-    for (int c = 0; c < 3; ++c) {
-      for (int y = 0; y < f.height; ++y) {
-        for (int x = 0; x < f.width; ++x) {
-          emission[c](x, y) += f.signals[0].radiance[c](x, y);
+    for (const GuideSource source : kSources) {
+      if (source == GuideSource::kRefraction && !with_glass) {
+        continue;
+      }
+      SCOPED_TRACE(source == GuideSource::kReflection ? "reflection" : "refraction");
+      layers.push_back(MakeExpectedLayer(f, stays, source, split));
+      const Selected selected(f, source);
+      FollowImages(f.guides, selected.guides, SurfaceAlbedoOf(f.guides, source),
+                   OtherAlbedoOf(f.guides, source), &motion);
+      const Image3& picture = f.signals[source == GuideSource::kReflection ? 0 : 1].radiance;
+      for (int c = 0; c < 3; ++c) {
+        for (int y = 0; y < f.height; ++y) {
+          for (int x = 0; x < f.width; ++x) {
+            emission[c](x, y) += picture[c](x, y);
+          }
         }
       }
     }
+    const Result<Frame> rest = split->MakeRest(stays);
+    ASSERT_TRUE(rest.ok()) << rest.status().message();
+    ASSERT_NO_FATAL_FAILURE(RunPart(*rest));
+    const vulkan::LayerImages& images =
+        *split->images(with_glass ? GuideSource::kRefraction : GuideSource::kReflection);
+    ASSERT_NO_FATAL_FAILURE(ExpectPlanes(images.picture_motion, motion));
     ASSERT_NO_FATAL_FAILURE(ExpectPlanes(images.emission, emission));
+    const auto* part = dynamic_cast<const vulkan::FramePart*>(rest->on_device.get());
+    EXPECT_EQ(part->facts.black_lights, with_glass ? 0b111100u : 0b1100u);
+    EXPECT_FALSE(part->facts.has_reflection);
+    EXPECT_FALSE(part->facts.has_refraction);
   }
 };
+
+/// Without transmitted light.
+Frame WithoutGlass(Frame f) {
+  f.signals.resize(4);
+  f.guides.transmission_albedo = Image3();
+  f.refraction = VirtualGuides();
+  return f;
+}
 
 // The same object for all sizes, as for frames of a window whose size changes.
 TEST_F(LayerSplitTest, PartsAreThoseOfTheHost) {
@@ -245,7 +292,9 @@ TEST_F(LayerSplitTest, PartsAreThoseOfTheHost) {
   ASSERT_TRUE(split.ok()) << split.status().message();
   for (const test::PictureSize& size : test::kPictureSizes) {
     SCOPED_TRACE(std::to_string(size.width) + "x" + std::to_string(size.height));
-    ASSERT_NO_FATAL_FAILURE(ExpectParts(RandomFrame(size.width, size.height), split->get()));
+    const Frame f = RandomFrame(size.width, size.height);
+    ASSERT_NO_FATAL_FAILURE(ExpectParts(f, true, split->get()));
+    ASSERT_NO_FATAL_FAILURE(ExpectParts(WithoutGlass(f), false, split->get()));
   }
 }
 
@@ -255,7 +304,10 @@ TEST_F(LayerSplitTest, TakesTheMemoryThatIsStated) {
     const auto split = vulkan::LayerSplit::Create(device_);
     EXPECT_TRUE(split.ok());
     EXPECT_EQ((*split)->memory().bytes, 0u);
-    EXPECT_TRUE((*split)->MakeLayer(PutOnDevice(device_, f), kVirtualRoughness).ok());
+    EXPECT_TRUE(
+        (*split)
+            ->MakeLayer(PutOnDevice(device_, f), GuideSource::kReflection, kVirtualRoughness)
+            .ok());
     return static_cast<double>((*split)->memory().bytes) / (f.width * f.height);
   };
   Frame f = RandomFrame(256, 128);
@@ -271,9 +323,16 @@ TEST_F(LayerSplitTest, TakesTheMemoryThatIsStated) {
 // What the first test compares has all cases in it.
 TEST(LayerSplit, TheRandomFrameShowsImagesAndFollowsThem) {
   const Frame f = RandomFrame(67, 21);
-  const Selected selected(f);
+  const Selected selected(f, GuideSource::kReflection);
+  const Selected through(f, GuideSource::kRefraction);
   Image2 motion = f.guides.motion;
-  FollowImages(f.guides, selected.guides, f.guides.specular_albedo, &motion);
+  FollowImages(f.guides, selected.guides, f.guides.specular_albedo, f.guides.transmission_albedo,
+               &motion);
+  int others = 0;
+  int followed_others = 0;
+  Image2 motion_through = f.guides.motion;
+  FollowImages(f.guides, through.guides, f.guides.transmission_albedo, f.guides.specular_albedo,
+               &motion_through);
   int images = 0;
   int followed = 0;
   int skies = 0;
@@ -282,26 +341,32 @@ TEST(LayerSplit, TheRandomFrameShowsImagesAndFollowsThem) {
       images += selected.guides.id(x, y) >= 1000 ? 1 : 0;
       skies += selected.guides.depth(x, y) == kImageOfSky ? 1 : 0;
       followed += motion[0](x, y) != f.guides.motion[0](x, y) ? 1 : 0;
+      others += through.guides.id(x, y) >= 2000 ? 1 : 0;
+      followed_others += motion_through[0](x, y) != f.guides.motion[0](x, y) ? 1 : 0;
     }
   }
   EXPECT_GT(images, 300);
   EXPECT_LT(images, 1100);
   EXPECT_GT(skies, 10);
   EXPECT_GT(followed, 10);
+  EXPECT_GT(others, images / 2);
+  EXPECT_GT(followed_others, 0);
 }
+
+using MakeFrame = Frame(int width, int height, int index, bool second_moments);
 
 /// Pictures of frames on the device and of the same frames on the host.
 class LayersOnDevice : public test::DeviceTest {
  protected:
   void ExpectSamePictures(const Settings& settings, DevicePrecision precision, bool second_moments,
-                          const std::vector<std::string>& outputs) {
+                          const std::vector<std::string>& outputs, MakeFrame* make = MakeMirrors) {
     Denoiser from_host = MakeDenoiser(settings, precision);
     Denoiser stays = MakeDenoiser(settings, precision);
     ASSERT_TRUE(from_host.SetOutputs(outputs).ok());
     ASSERT_TRUE(stays.SetOutputs(outputs).ok());
     for (int index = 0; index < 5; ++index) {
       SCOPED_TRACE(index);
-      const Frame f = MakeMirrors(51, 37, index, second_moments);
+      const Frame f = make(51, 37, index, second_moments);
       const Frame on_device = PutOnDevice(device_, f);
       DenoisedFrame expected;
       DenoisedFrame found;
@@ -325,7 +390,7 @@ class LayersOnDevice : public test::DeviceTest {
         test::ExpectImage(found.images[i], expected.images[i], {1e-5, 0.0}, found.images[i].name);
       }
     }
-    EXPECT_THAT(StageNames(&stays, MakeMirrors(51, 37, 5, second_moments)),
+    EXPECT_THAT(StageNames(&stays, make(51, 37, 5, second_moments)),
                 ::testing::IsSupersetOf({"select_guides", "add_layer", "atrous1"}));
     EXPECT_LT(stays.device_memory().bytes, from_host.device_memory().bytes);
     EXPECT_EQ(stays.device_memory().bytes, stays.memory_bytes());
@@ -347,6 +412,12 @@ TEST_F(LayersOnDevice, PicturesAreThoseOfTheHost) {
   ExpectSamePictures(Settings(), DevicePrecision::kHalf, false, {});
 }
 
+TEST_F(LayersOnDevice, PicturesOfGlassAreThoseOfTheHost) {
+  ExpectSamePictures(Settings(), DevicePrecision::kHalf, false, {}, MakeGlass);
+  ExpectSamePictures(Settings(), DevicePrecision::kFloat, true,
+                     {"temporal", "noisy.transmission", "filtered.transmission"}, MakeGlass);
+}
+
 TEST_F(LayersOnDevice, PicturesOfSeveralSamplesAreThoseOfTheHost) {
   ExpectSamePictures(Settings(), DevicePrecision::kFloat, true, {});
 }
@@ -364,7 +435,7 @@ TEST_F(LayersOnDevice, FramesOfBothPlacesContinueOneHistory) {
   for (int index = 0; index < 7; ++index) {
     SCOPED_TRACE(index);
     const int width = index < 5 ? 40 : 33;
-    Frame f = MakeMirrors(width, 24, index, false);
+    Frame f = index < 5 ? MakeGlass(width, 24, index, false) : MakeMirrors(width, 24, index, false);
     if (index == 3) {
       f.reflection = VirtualGuides();
     }
@@ -383,7 +454,7 @@ TEST_F(LayersOnDevice, FutureLightIsThatOfTheHost) {
   for (DenoisedFrame* out : {&expected, &found}) {
     Denoiser denoiser = MakeDenoiser(settings, DevicePrecision::kHalf);
     const auto place = [&](int index) {
-      const Frame f = MakeMirrors(40, 24, index, false);
+      const Frame f = MakeGlass(40, 24, index, false);
       return out == &found ? PutOnDevice(device_, f) : f;
     };
     FutureLight future;

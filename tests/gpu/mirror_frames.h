@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "denoise/stage_test.h"
 #include "denoise/test_frames.h"
@@ -22,10 +23,9 @@ inline Plane<uint32_t> Ids(int width, int height, uint32_t first, int side) {
   return ids;
 }
 
-/// A frame of a sequence whose mirrors show what moves otherwise than they do; jittered.
-inline Frame MakeMirrors(int width, int height, int index, bool second_moments) {
-  Frame f = MakeBusyFrame(width, height, index);
-  VirtualGuides& v = f.reflection;
+/// Images in one half of the picture that move to the right. \param first  id
+inline VirtualGuides MakeSeen(int width, int height, int index, uint32_t first) {
+  VirtualGuides v;
   v.depth = MakePlane(width, height, [&](int x, int y) {
     return y < height / 2 ? 0.0f : (x + index) % 16 < 8 ? 20.0f : 30.0f;
   });
@@ -36,17 +36,52 @@ inline Frame MakeMirrors(int width, int height, int index, bool second_moments) 
   });
   v.motion = Image2(width, height);
   v.motion[0].Fill(-0.5f);
-  v.id = Ids(width, height, 1000, 8);
-  f.guides.previous_normal = f.guides.normal;
-  for (Signal& signal : f.signals) {
-    if (second_moments) {
-      signal.second_moment = MakePlane(width, height, [&](int x, int y) {
-        return 40 + RandomAt(x, y, static_cast<uint32_t>(signal.kind));
-      });
-    } else {
-      signal.second_moment = Image1();
-    }
+  v.id = Ids(width, height, first, 8);
+  return v;
+}
+
+inline void SetMoments(bool second_moments, Frame* f) {
+  for (Signal& signal : f->signals) {
+    signal.second_moment =
+        second_moments ? MakePlane(f->width, f->height,
+                                   [&](int x, int y) {
+                                     return 40 + RandomAt(x, y, static_cast<uint32_t>(signal.kind));
+                                   })
+                       : Image1();
   }
+}
+
+/// A frame of a sequence whose mirrors show what moves otherwise than they do; jittered.
+inline Frame MakeMirrors(int width, int height, int index, bool second_moments) {
+  Frame f = MakeBusyFrame(width, height, index);
+  f.reflection = MakeSeen(width, height, index, 1000);
+  f.guides.previous_normal = f.guides.normal;
+  SetMoments(second_moments, &f);
+  return f;
+}
+
+/// The same with transmitted light, which has images of its own.
+inline Frame MakeGlass(int width, int height, int index, bool second_moments) {
+  Frame f = MakeMirrors(width, height, index, second_moments);
+  f.refraction = MakeSeen(width, height, 3 * index, 2000);
+  f.refraction.motion[0].Fill(0.75f);
+  f.guides.transmission_albedo = MakeImage(width, height, [](int x, int y, int c) {
+    return 0.9f * RandomAt(x / 6, y / 6, 70 + static_cast<uint32_t>(c));
+  });
+  for (const SignalKind kind :
+       {SignalKind::kDirectTransmission, SignalKind::kIndirectTransmission}) {
+    Signal signal = f.signals[2];
+    signal.kind = kind;
+    for (Image1& plane : signal.radiance.channel) {
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          plane(x, y) *= 1.5f * RandomAt(x, y, static_cast<uint32_t>(kind) + 31);
+        }
+      }
+    }
+    f.signals.push_back(std::move(signal));
+  }
+  SetMoments(second_moments, &f);
   return f;
 }
 

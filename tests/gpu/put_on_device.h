@@ -127,8 +127,8 @@ std::array<Plane<T>, N> PlanesOf(gpu::Device* device, const gpu::Image& image) {
   return planes;
 }
 
-/// The frame with its pixels on the device. It has direct and indirect, diffuse and specular light;
-/// guides that it lacks are zero.
+/// The frame with its pixels on the device. It has direct and indirect, diffuse and specular light,
+/// perhaps transmitted light too; guides that it lacks are zero.
 inline Frame PutOnDevice(const std::shared_ptr<gpu::Device>& device, const Frame& f) {
   gpu::FrameShape shape;
   shape.width = f.width;
@@ -136,7 +136,8 @@ inline Frame PutOnDevice(const std::shared_ptr<gpu::Device>& device, const Frame
   shape.second_moments = !f.signals.front().second_moment.empty();
   shape.samples = !f.samples.empty();
   shape.previous_normals = !f.guides.previous_normal.empty();
-  shape.virtual_guides = !f.reflection.empty();
+  shape.reflection = !f.reflection.empty();
+  shape.transmission = HasTransmission(f);
   Result<std::shared_ptr<gpu::DeviceFrame>> made = gpu::DeviceFrame::Create(device, shape);
   EXPECT_TRUE(made.ok()) << made.status().message();
   {
@@ -156,8 +157,8 @@ inline Frame PutOnDevice(const std::shared_ptr<gpu::Device>& device, const Frame
   const auto put_all = [&](const gpu::Image* image, const auto& planes) {
     PutPlanes(device.get(), image, std::span<const Image1>(planes.channel));
   };
-  EXPECT_EQ(f.signals.size(), to.lights.size());
-  for (size_t k = 0; k < to.lights.size(); ++k) {
+  EXPECT_EQ(f.signals.size(), (*made)->lights().size());
+  for (size_t k = 0; k < f.signals.size(); ++k) {
     put_all(to.lights[k], f.signals[k].radiance);
     put(to.second_moments[k], f.signals[k].second_moment);
   }
@@ -169,15 +170,19 @@ inline Frame PutOnDevice(const std::shared_ptr<gpu::Device>& device, const Frame
   put_all(to.normal, g.normal);
   put_all(to.albedo, g.albedo);
   put_all(to.specular_albedo, g.specular_albedo);
+  put_all(to.transmission_albedo, g.transmission_albedo);
   put_all(to.motion, g.motion);
   put(to.id, g.id);
   put(to.roughness, g.roughness);
   put_all(to.previous_normal, g.previous_normal);
-  put(to.reflection.depth, f.reflection.depth);
-  put_all(to.reflection.normal, f.reflection.normal);
-  put_all(to.reflection.albedo, f.reflection.albedo);
-  put_all(to.reflection.motion, f.reflection.motion);
-  put(to.reflection.id, f.reflection.id);
+  for (const auto& [seen, image] :
+       {std::pair{&f.reflection, &to.reflection}, std::pair{&f.refraction, &to.refraction}}) {
+    put(image->depth, seen->depth);
+    put_all(image->normal, seen->normal);
+    put_all(image->albedo, seen->albedo);
+    put_all(image->motion, seen->motion);
+    put(image->id, seen->id);
+  }
   Frame out;
   out.width = f.width;
   out.height = f.height;

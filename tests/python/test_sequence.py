@@ -87,20 +87,21 @@ def unit(normal):
 def read_frame(path):
     planes, attributes = read_exr(path)
     layers = {"motion": "XY", "normal": "XYZ"}
-    for name in "albedo specular_albedo emission background".split():
+    for name in "albedo specular_albedo transmission_albedo emission background".split():
         layers[name] = "RGB"
-    for name in "direct_diffuse indirect_diffuse direct_specular indirect_specular".split():
-        layers[name] = "RGB"
+    for name in "diffuse specular transmission".split():
+        layers["direct_" + name] = layers["indirect_" + name] = "RGB"
     frame = {name: stack(planes, name + ".", c) for name, c in layers.items()}
     frame["normal"] = unit(frame["normal"])
     frame["depth"] = planes["depth.Z"]
     frame["roughness"] = planes["roughness.X"]
     frame["id"] = planes["id.X"]
-    for name, components in {"normal": "XYZ", "albedo": "RGB", "motion": "XY"}.items():
-        frame["reflection_" + name] = stack(planes, f"reflection_{name}.", components)
-    frame["reflection_normal"] = unit(frame["reflection_normal"])
-    frame["reflection_depth"] = planes["reflection_depth.Z"]
-    frame["reflection_id"] = planes["reflection_id.X"]
+    for image in ("reflection_", "refraction_"):
+        for name, components in {"normal": "XYZ", "albedo": "RGB", "motion": "XY"}.items():
+            frame[image + name] = stack(planes, f"{image}{name}.", components)
+        frame[image + "normal"] = unit(frame[image + "normal"])
+        frame[image + "depth"] = planes[image + "depth.Z"]
+        frame[image + "id"] = planes[image + "id.X"]
     frame["jitter"] = tuple(float(v) for v in attributes["jitter"].decode().split())
     return frame
 

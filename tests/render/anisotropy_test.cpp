@@ -142,15 +142,18 @@ TEST(AnisotropyTest, WithoutStrengthItIsTheIsotropicMaterial) {
       const Material turned = Brushed(roughness, 0.0f, 0.7f);
       EXPECT_FALSE(IsLayered(turned));
       Surface surface = FlatSurface(turned, wo);
-      vec3 albedo;
+      SpecularAlbedo albedo;
       const Bsdf plain = Tables().Make(surface, least, &albedo);
       surface.layered = true;
-      vec3 same_albedo;
+      SpecularAlbedo same_albedo;
       const Bsdf same = Tables().Make(surface, least, &same_albedo);
-      EXPECT_EQ(EvaluateBsdf(same, wo, wi).specular, EvaluateBsdf(plain, wo, wi).specular);
-      EXPECT_EQ(EvaluateBsdf(same, wo, wi).density, EvaluateBsdf(plain, wo, wi).density);
-      EXPECT_EQ(SampleBsdf(same, wo, vec4(0.3f)).wi, SampleBsdf(plain, wo, vec4(0.3f)).wi);
-      EXPECT_EQ(same_albedo, albedo);
+      EXPECT_EQ(EvaluateBsdf(same, wo, wi, kAllLobes).specular,
+                EvaluateBsdf(plain, wo, wi, kAllLobes).specular);
+      EXPECT_EQ(EvaluateBsdf(same, wo, wi, kAllLobes).density,
+                EvaluateBsdf(plain, wo, wi, kAllLobes).density);
+      EXPECT_EQ(SampleBsdf(same, wo, vec4(0.3f), kAllLobes).wi,
+                SampleBsdf(plain, wo, vec4(0.3f), kAllLobes).wi);
+      EXPECT_EQ(SumOf(same_albedo), SumOf(albedo));
     }
   }
 }
@@ -161,8 +164,10 @@ TEST(AnisotropyTest, LobeIsReciprocalUpToCompensation) {
   const vec3 b(Towards(0.8, 2.0));
   const Bsdf from_a = Tables().Make(FlatSurface(metal, a), 0.0f);
   const Bsdf from_b = Tables().Make(FlatSurface(metal, b), 0.0f);
-  const float ab = EvaluateBsdf(from_a, a, b).specular.x / (b.z * from_a.specular_scale.x);
-  const float ba = EvaluateBsdf(from_b, b, a).specular.x / (a.z * from_b.specular_scale.x);
+  const float ab =
+      EvaluateBsdf(from_a, a, b, kAllLobes).specular.x / (b.z * from_a.specular_scale.x);
+  const float ba =
+      EvaluateBsdf(from_b, b, a, kAllLobes).specular.x / (a.z * from_b.specular_scale.x);
   ASSERT_GT(ab, 0.0f);
   EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
 }

@@ -171,7 +171,7 @@ TEST(BsdfTest, WhiteSurfacesReflectAllLight) {
       constexpr uint32_t kCount = 16384;
       glm::dvec3 sum(0.0);
       for (uint32_t i = 0; i < kCount; ++i) {
-        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 1));
+        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 1), kAllLobes);
         if (s.kind != kScatterNone) {
           sum += glm::dvec3(s.diffuse + s.specular);
         }
@@ -187,13 +187,13 @@ TEST(BsdfTest, GuideAlbedosAreWhatTheLobesReflect) {
     const BsdfTables& tables = Tables();
     for (const float cosine : {0.1f, 0.4f, 0.9f}) {
       const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
-      vec3 expected;
+      SpecularAlbedo expected;
       const Bsdf bsdf = tables.Make(surface, 0.0f, &expected);
       constexpr uint32_t kCount = 16384;
       glm::dvec3 diffuse(0.0);
       glm::dvec3 specular(0.0);
       for (uint32_t i = 0; i < kCount; ++i) {
-        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 2));
+        const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, RandomPoint(i, 2), kAllLobes);
         if (s.kind != kScatterNone) {
           diffuse += glm::dvec3(s.diffuse);
           specular += glm::dvec3(s.specular);
@@ -202,14 +202,96 @@ TEST(BsdfTest, GuideAlbedosAreWhatTheLobesReflect) {
       for (int k = 0; k < 3; ++k) {
         EXPECT_NEAR(diffuse[k] / kCount, DiffuseAlbedo(bsdf)[k], c.tolerance)
             << c.name << ' ' << cosine;
-        EXPECT_NEAR(specular[k] / kCount, expected[k], c.tolerance) << c.name << ' ' << cosine;
+        EXPECT_NEAR(specular[k] / kCount, SumOf(expected)[k], c.tolerance)
+            << c.name << ' ' << cosine;
       }
     }
   }
 }
 
+// Sums over samples of a part of a BSDF, by the side that light comes from.
+struct PartSums {
+  glm::dvec3 diffuse{0.0};
+  glm::dvec3 reflected{0.0};
+  glm::dvec3 transmitted{0.0};
+
+  PartSums(const Bsdf& bsdf, vec3 wo, int part) {
+    constexpr uint32_t kCount = 16384;
+    for (uint32_t i = 0; i < kCount; ++i) {
+      const BsdfSample s = SampleBsdf(bsdf, wo, RandomPoint(i, 2), part);
+      if (s.kind != kScatterNone) {
+        diffuse += glm::dvec3(s.diffuse) / double{kCount};
+        (s.wi.z > 0 ? reflected : transmitted) += glm::dvec3(s.specular) / double{kCount};
+      }
+    }
+  }
+};
+
+// What glass reflects and all the rest, each sampled by itself, are together the whole.
+TEST(BsdfTest, PartsOfGlassAddUpToTheWhole) {
+  int glasses = 0;
+  for (Case& c : AllCases()) {
+    c.material.base_color = vec4(0.8f, 0.4f, 0.1f, 1.0f);
+    for (const float transmission : {1.0f, 0.4f}) {
+      if (c.material.transmission <= 0.0f) {
+        continue;
+      }
+      c.material.transmission = transmission;
+      ++glasses;
+      for (const float cosine : {0.1f, 0.4f, 0.9f}) {
+        const Surface surface = FlatSurface(c.material, Tilted(cosine), c.front);
+        SpecularAlbedo expected;
+        const Bsdf bsdf = Tables().Make(surface, 0.0f, &expected);
+        const vec3 wo = surface.local_wo;
+        const PartSums rest(bsdf, wo, kLobesWithoutReflection);
+        const PartSums reflection(bsdf, wo, kReflectionOfGlass);
+        EXPECT_EQ(reflection.diffuse, glm::dvec3(0.0));
+        EXPECT_EQ(reflection.transmitted, glm::dvec3(0.0));
+        for (int k = 0; k < 3; ++k) {
+          EXPECT_NEAR(rest.diffuse[k], DiffuseAlbedo(bsdf)[k], c.tolerance) << c.name << cosine;
+          EXPECT_NEAR(rest.transmitted[k], expected.transmitted[k], c.tolerance)
+              << c.name << ' ' << cosine;
+          EXPECT_NEAR(rest.reflected[k] + reflection.reflected[k], expected.reflected[k],
+                      c.tolerance)
+              << c.name << ' ' << cosine;
+        }
+        for (const vec3& wi : {Tilted(0.7f, 1.0f), Tilted(-0.7f, 2.0f), Tilted(cosine, kPi)}) {
+          const BsdfValue whole = EvaluateBsdf(bsdf, wo, wi, kAllLobes);
+          const BsdfValue a = EvaluateBsdf(bsdf, wo, wi, kLobesWithoutReflection);
+          const BsdfValue b = EvaluateBsdf(bsdf, wo, wi, kReflectionOfGlass);
+          const float tolerance = 1e-5f * (1.0f + MaxComponent(whole.specular));
+          EXPECT_NEAR(a.specular.x + b.specular.x, whole.specular.x, tolerance) << c.name;
+          EXPECT_NEAR(a.diffuse.x + b.diffuse.x, whole.diffuse.x, 1e-6f) << c.name;
+          EXPECT_TRUE(wi.z > 0.0f || b.density == 0.0f) << c.name;
+        }
+      }
+    }
+  }
+  EXPECT_GT(glasses, 10);
+}
+
+// The light of smooth glass has no noise in its parts: a path in each takes the only way.
+TEST(BsdfTest, PartsOfSmoothGlassAreConstant) {
+  for (const bool solid : {true, false}) {
+    Material material = Glass(1.5f, 0.0f);
+    material.solid = solid;
+    const Surface surface = FlatSurface(material, Tilted(0.3f), true);
+    SpecularAlbedo albedo;
+    const Bsdf bsdf = Tables().Make(surface, 0.0f, &albedo);
+    for (uint32_t i = 0; i < 50; ++i) {
+      const vec4 u = RandomPoint(i, 3);
+      const BsdfSample through = SampleBsdf(bsdf, surface.local_wo, u, kLobesWithoutReflection);
+      const BsdfSample mirrored = SampleBsdf(bsdf, surface.local_wo, u, kReflectionOfGlass);
+      EXPECT_NEAR(through.specular.x, albedo.transmitted.x, 1e-6f);
+      EXPECT_NEAR(mirrored.specular.x, albedo.reflected.x, 1e-6f);
+      EXPECT_LT(through.wi.z, 0.0f);
+      EXPECT_EQ(mirrored.kind, kScatterMirror);
+    }
+  }
+}
+
 // Counts samples over the sphere of directions and compares with the integral of the density.
-TEST(BsdfTest, SamplesFollowTheirDensity) {
+void ExpectDensityOfSamples(int part) {
   constexpr int kRings = 16;
   constexpr int kSectors = 12;
   constexpr int kFine = 24;  // points per edge of a bin
@@ -217,6 +299,9 @@ TEST(BsdfTest, SamplesFollowTheirDensity) {
   for (const Case& c : AllCases()) {
     if (c.material.roughness < 0.4f) {
       continue;  // too narrow for the bins
+    }
+    if (part != kAllLobes && c.material.transmission <= 0.0f) {
+      continue;
     }
     const BsdfTables& tables = Tables();
     const Surface surface = FlatSurface(c.material, Tilted(0.6f), c.front);
@@ -228,7 +313,7 @@ TEST(BsdfTest, SamplesFollowTheirDensity) {
       const auto u = [&](uint32_t d) {
         return FractionToFloat(HashCombine(HashCombine(i, 17), d));
       };
-      const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, vec4(u(0), u(1), u(2), u(3)));
+      const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, vec4(u(0), u(1), u(2), u(3)), part);
       if (s.kind == kScatterNone) {
         ++lost;
         continue;
@@ -249,7 +334,7 @@ TEST(BsdfTest, SamplesFollowTheirDensity) {
           for (int b = 0; b < kFine; ++b) {
             const float z = (ring + (a + 0.5f) / kFine) / kRings * 2 - 1;
             const float phi = ((sector + (b + 0.5f) / kFine) / kSectors - 0.5f) * 2 * kPi;
-            density += EvaluateBsdf(bsdf, surface.local_wo, Tilted(z, phi)).density;
+            density += EvaluateBsdf(bsdf, surface.local_wo, Tilted(z, phi), part).density;
           }
         }
         const double expected = density / (kFine * kFine) * 4 * kPi / (kRings * kSectors) * kCount;
@@ -269,6 +354,15 @@ TEST(BsdfTest, SamplesFollowTheirDensity) {
   }
 }
 
+TEST(BsdfTest, SamplesFollowTheirDensity) {
+  ExpectDensityOfSamples(kAllLobes);
+}
+
+TEST(BsdfTest, SamplesOfPartsFollowTheirDensity) {
+  ExpectDensityOfSamples(kLobesWithoutReflection);
+  ExpectDensityOfSamples(kReflectionOfGlass);
+}
+
 TEST(BsdfTest, SpecularLobeIsReciprocalUpToCompensation) {
   const Material metal = Metal(vec3(1.0f), 0.6f);
   const BsdfTables& tables = Tables();
@@ -276,8 +370,10 @@ TEST(BsdfTest, SpecularLobeIsReciprocalUpToCompensation) {
   const vec3 b = Tilted(0.8f, 2.0f);
   const Bsdf from_a = tables.Make(FlatSurface(metal, a), 0.0f);
   const Bsdf from_b = tables.Make(FlatSurface(metal, b), 0.0f);
-  const float ab = EvaluateBsdf(from_a, a, b).specular.x / (b.z * from_a.specular_scale.x);
-  const float ba = EvaluateBsdf(from_b, b, a).specular.x / (a.z * from_b.specular_scale.x);
+  const float ab =
+      EvaluateBsdf(from_a, a, b, kAllLobes).specular.x / (b.z * from_a.specular_scale.x);
+  const float ba =
+      EvaluateBsdf(from_b, b, a, kAllLobes).specular.x / (a.z * from_b.specular_scale.x);
   EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
 }
 
@@ -289,9 +385,9 @@ TEST(BsdfTest, BoundaryTransmissionIsReciprocal) {
   const vec3 inside = Tilted(-0.85f, 2.9f);
   const Bsdf in = tables.Make(FlatSurface(glass, outside), 0.0f);
   const Bsdf out = tables.Make(FlatSurface(glass, -inside, false), 0.0f);
-  const float forward =
-      EvaluateBsdf(in, outside, inside).specular.x / (std::abs(inside.z) * in.glass_compensation);
-  const float back = EvaluateBsdf(out, -inside, -outside).specular.x /
+  const float forward = EvaluateBsdf(in, outside, inside, kAllLobes).specular.x /
+                        (std::abs(inside.z) * in.glass_compensation);
+  const float back = EvaluateBsdf(out, -inside, -outside, kAllLobes).specular.x /
                      (std::abs(outside.z) * out.glass_compensation);
   ASSERT_GT(forward, 0.0f);
   EXPECT_NEAR(forward / back, 1.5f * 1.5f, 1e-3f);

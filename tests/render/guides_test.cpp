@@ -265,8 +265,8 @@ TEST(PreviousNormalTest, IsThatOfTheInstanceOneFrameAgo) {
   EXPECT_GT(of_box, kWidth * kHeight / 10);
 }
 
-// Blended sheets in front of a wall: guides are mixtures, light of the surfaces themselves is
-// exact.
+// Blended sheets in front of a wall, whose light is not separated: guides are mixtures, light of
+// the surfaces themselves is exact.
 TEST(LayersTest, BlendedLayersMix) {
   SceneBuilder builder;
   Material veil = Lambert(vec3(0.8f));
@@ -275,14 +275,16 @@ TEST(LayersTest, BlendedLayersMix) {
   veil.emission = vec3(4.0f);
   builder.Add(Quad(vec3(-9, -9, -2), vec3(18, 0, 0), vec3(0, 18, 0)), veil);
   builder.scene.environment.radiance = vec3(2.0f);
-  Frame frame = RenderOne(builder.scene, GuideSettings());
+  RenderSettings settings = GuideSettings();
+  settings.virtual_guides = false;
+  Frame frame = RenderOne(builder.scene, settings);
   EXPECT_NEAR(frame.background[0](9, 9), 1.5f, 1e-5f);
   EXPECT_NEAR(frame.emission[0](9, 9), 1.0f, 1e-5f);
   EXPECT_NEAR(frame.guides.albedo[0](9, 9), 0.2f, 1e-5f);
   EXPECT_EQ(frame.guides.id(9, 9), 1u);
 
   builder.Add(Quad(vec3(-9, -9, -6), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.4f)));
-  frame = RenderOne(builder.scene, GuideSettings());
+  frame = RenderOne(builder.scene, settings);
   EXPECT_EQ(frame.background[0](9, 9), 0.0f);
   EXPECT_NEAR(frame.guides.albedo[0](9, 9), 0.2f + 0.3f, 1e-5f);
   EXPECT_EQ(frame.guides.id(9, 9), 2u);

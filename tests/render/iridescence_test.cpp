@@ -247,7 +247,7 @@ dvec3 Furnace(const Material& material, float cosine, bool front = true) {
   constexpr uint32_t kCount = 8192;
   dvec3 sum(0.0);
   for (uint32_t i = 0; i < kCount; ++i) {
-    const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, SobolSample(i, 3));
+    const BsdfSample s = SampleBsdf(bsdf, surface.local_wo, SobolSample(i, 3), kAllLobes);
     if (s.kind != kScatterNone) {
       sum += dvec3(s.diffuse + s.specular);
     }
@@ -296,15 +296,15 @@ TEST(IridescenceTest, LobeIsTheFilmTimesTheWhiteLobe) {
   const Material white = Metal(vec3(1.0f), 0.5f);
   const Bsdf bsdf = Tables().Make(FlatSurface(gold, wo), 0.0f);
   const Bsdf plain = Tables().Make(FlatSurface(white, wo), 0.0f);
-  const vec3 lobe = EvaluateBsdf(bsdf, wo, wi).specular / bsdf.specular_scale;
-  const vec3 all = EvaluateBsdf(plain, wo, wi).specular / plain.specular_scale;
+  const vec3 lobe = EvaluateBsdf(bsdf, wo, wi, kAllLobes).specular / bsdf.specular_scale;
+  const vec3 all = EvaluateBsdf(plain, wo, wi, kAllLobes).specular / plain.specular_scale;
   const float cosine = dot(wo, normalize(wo + wi));
   const vec3 film = FilmReflectance(ViewFilm(cosine, 1.4f, 350.0f), vec3(0.9f, 0.6f, 0.2f));
   ExpectNear(lobe / all, film, 1e-4f);
   Material half = gold;
   half.iridescence = 0.25f;
   const Bsdf mixed = Tables().Make(FlatSurface(half, wo), 0.0f);
-  const vec3 part = EvaluateBsdf(mixed, wo, wi).specular / mixed.specular_scale / all;
+  const vec3 part = EvaluateBsdf(mixed, wo, wi, kAllLobes).specular / mixed.specular_scale / all;
   const float s = SchlickWeight(cosine);
   const vec3 schlick = vec3(0.9f, 0.6f, 0.2f) * (1 - s) + vec3(s);
   ExpectNear(part, glm::mix(schlick, film, 0.25f), 1e-4f, "mixed");
@@ -319,8 +319,8 @@ TEST(IridescenceTest, LobeIsReciprocalUpToCompensation) {
     const vec3 b = Towards(0.8f, 2.0f);
     const Bsdf from_a = Tables().Make(FlatSurface(material, a), 0.0f);
     const Bsdf from_b = Tables().Make(FlatSurface(material, b), 0.0f);
-    const vec3 ab = EvaluateBsdf(from_a, a, b).specular / (b.z * from_a.specular_scale);
-    const vec3 ba = EvaluateBsdf(from_b, b, a).specular / (a.z * from_b.specular_scale);
+    const vec3 ab = EvaluateBsdf(from_a, a, b, kAllLobes).specular / (b.z * from_a.specular_scale);
+    const vec3 ba = EvaluateBsdf(from_b, b, a, kAllLobes).specular / (a.z * from_b.specular_scale);
     ASSERT_GT(MaxComponent(ab), 0.0f);
     ExpectNear(ab / ba, vec3(1.0f), 1e-4f);
   }
@@ -333,9 +333,9 @@ TEST(IridescenceTest, GlassIsReciprocal) {
   const vec3 inside = -Towards(0.85f, 2.9f + kPi);
   const Bsdf in = Tables().Make(FlatSurface(glass, outside), 0.0f);
   const Bsdf out = Tables().Make(FlatSurface(glass, -inside, false), 0.0f);
-  const float forward =
-      EvaluateBsdf(in, outside, inside).specular.x / (std::abs(inside.z) * in.glass_compensation);
-  const float back = EvaluateBsdf(out, -inside, -outside).specular.x /
+  const float forward = EvaluateBsdf(in, outside, inside, kAllLobes).specular.x /
+                        (std::abs(inside.z) * in.glass_compensation);
+  const float back = EvaluateBsdf(out, -inside, -outside, kAllLobes).specular.x /
                      (std::abs(outside.z) * out.glass_compensation);
   ASSERT_GT(forward, 0.0f);
   EXPECT_NEAR(forward / back, 1.5f * 1.5f, 1e-3f);

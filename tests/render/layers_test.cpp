@@ -192,7 +192,7 @@ Integrals Integrate(const Bsdf& bsdf, vec3 wo) {
   Integrals sums;
   constexpr uint32_t kCount = 16384;
   for (uint32_t i = 0; i < kCount; ++i) {
-    const BsdfSample s = SampleBsdf(bsdf, wo, SobolSample(i, 5));
+    const BsdfSample s = SampleBsdf(bsdf, wo, SobolSample(i, 5), kAllLobes);
     sums.lost += s.kind == kScatterNone ? 1.0 / kCount : 0.0;
     sums.sampled += glm::dvec3(s.diffuse + s.specular) / static_cast<double>(kCount);
   }
@@ -203,8 +203,8 @@ Integrals Integrate(const Bsdf& bsdf, vec3 wo) {
       const double z = (i + 0.5) / kCosines * 2 - 1;
       const double phi = (j + 0.5) / kAzimuths * 2 * 3.14159265358979;
       const double r = std::sqrt(1 - z * z);
-      const BsdfValue value =
-          EvaluateBsdf(bsdf, wo, vec3(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z)));
+      const BsdfValue value = EvaluateBsdf(
+          bsdf, wo, vec3(glm::dvec3(r * std::cos(phi), r * std::sin(phi), z)), kAllLobes);
       const double area = 4 * 3.14159265358979 / (kCosines * kAzimuths);
       sums.integrated += glm::dvec3(value.diffuse + value.specular) * area;
       sums.density += value.density * area;
@@ -243,9 +243,9 @@ TEST(ClearCoatTest, LobeIsReciprocal) {
   const Bsdf from_a = Tables().Make(SurfaceWithCoatNormal(coated, a, normal), 0.0f);
   const Bsdf from_b = Tables().Make(SurfaceWithCoatNormal(coated, b, normal), 0.0f);
   const float ab =
-      EvaluateBsdf(from_a, a, b).specular.x / (from_a.coat_scale * glm::dot(b, normal));
+      EvaluateBsdf(from_a, a, b, kAllLobes).specular.x / (from_a.coat_scale * glm::dot(b, normal));
   const float ba =
-      EvaluateBsdf(from_b, b, a).specular.x / (from_b.coat_scale * glm::dot(a, normal));
+      EvaluateBsdf(from_b, b, a, kAllLobes).specular.x / (from_b.coat_scale * glm::dot(a, normal));
   ASSERT_GT(ab, 0.0f);
   EXPECT_NEAR(ab / ba, 1.0f, 1e-4f);
 }

@@ -16,6 +16,7 @@ RenderSettings Small() {
   settings.width = 96;
   settings.height = 54;
   settings.bounces = 2;
+  settings.virtual_guides = false;  // as in the recorded frame
   return settings;
 }
 

@@ -478,6 +478,7 @@ TEST(LastRayTest, LeavingItOutChangesNothing) {
     settings.width = 120;
     settings.height = 68;
     settings.bounces = 2;
+    settings.virtual_guides = false;  // glass would have signals of its own
     const auto render = [&](uint64_t* bounce_rays) {
       Result<std::unique_ptr<Renderer>> renderer = Renderer::Create(*scene, settings);
       EXPECT_TRUE(renderer.ok());

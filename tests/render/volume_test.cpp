@@ -151,7 +151,7 @@ TEST(MediumTest, ScatteringIsAroundTheDirectionOfFlight) {
 PathState PathInMilk() {
   PathState path = StartPath(1);
   path.first = 0;
-  path.direct = 1;
+  path.light = kLightDirect;
   path.density = 2.0f;
   path.diffuse = vec3(1.0f);
   path.extinction = vec3(1000.0f);
@@ -173,7 +173,7 @@ TEST(MediumTest, CollisionsCountAsOneBounceUpToTheirLimit) {
     ASSERT_EQ(path.collisions, i);
     ASSERT_EQ(path.bounces, 1);
   }
-  EXPECT_EQ(path.direct, 0);
+  EXPECT_EQ((path.light & kLightDirect), 0);
   EXPECT_EQ(path.density, 0.0f) << "no light is sampled at collisions";
   ExpectNear(path.throughput, vec3(1.0f), 1e-4f, "nothing is absorbed");
   EXPECT_EQ(Cross(&path, 1), kMediumEnds);
@@ -189,7 +189,7 @@ TEST(MediumTest, PathsThatPassAMediumKeepTheirStrategy) {
   PathState path = PathInMilk();
   path.extinction = vec3(1e-3f);
   EXPECT_EQ(Cross(&path, 0), kMediumPasses);
-  EXPECT_EQ(path.direct, 1);
+  EXPECT_EQ((path.light & kLightDirect), 1);
   EXPECT_EQ(path.density, 2.0f);
   EXPECT_EQ(path.bounces, 0);
   EXPECT_EQ(path.collisions, 0);
@@ -473,16 +473,16 @@ TEST(VolumeTest, PunctualLightsReachBodiesOfDiffuseTransmission) {
   EXPECT_EQ(Mean(frame.Find(SignalKind::kIndirectSpecular)->radiance), vec3(0.0f));
 }
 
-// Scattered light is indirect, light that passes is direct; behind glass both are specular.
-TEST(VolumeTest, ScatteredLightIsIndirectSpecularBehindGlass) {
+// Scattered light is indirect, light that passes is direct; behind glass both are transmitted.
+TEST(VolumeTest, ScatteredLightIsIndirectTransmissionBehindGlass) {
   SceneBuilder builder = Slab(Scattering(1.0f, vec3(0.8f), 0.0f, vec3(0.25f)), 1.0f, 0.0f);
   builder.Add(Quad(vec3(-900, -900, -2.5f), vec3(1800, 0, 0), vec3(0, 1800, 0)),
               Emitter(vec3(1.0f)));
   const Frame frame = RenderOne(builder.scene, SmallSettings(16, 16, 256));
   const double depth = -std::log(0.25);
   const SlabLight all = SimulateSlab(ExactSingleScatterAlbedo(0.8), 0, depth, 1);
-  const float scattered = Mean(frame.Find(SignalKind::kIndirectSpecular)->radiance).x;
-  const float passed = Mean(frame.Find(SignalKind::kDirectSpecular)->radiance).x;
+  const float scattered = Mean(frame.Find(SignalKind::kIndirectTransmission)->radiance).x;
+  const float passed = Mean(frame.Find(SignalKind::kDirectTransmission)->radiance).x;
   EXPECT_NEAR(scattered + passed, all.transmitted, 0.015);
   EXPECT_GT(scattered, 0.05f);
   EXPECT_EQ(Mean(frame.Find(SignalKind::kIndirectDiffuse)->radiance), vec3(0.0f));
@@ -498,7 +498,7 @@ TEST(VolumeTest, GuidesEndAtTheSurface) {
     RenderSettings settings = SmallSettings(4, 4, 1);
     settings.virtual_guides = true;
     const Frame frame = RenderOne(builder.scene, settings);
-    return !frame.reflection.empty() && frame.reflection.depth(2, 2) > 0.0f;
+    return !frame.refraction.empty() && frame.refraction.depth(2, 2) > 0.0f;
   };
   EXPECT_TRUE(has_image(vec3(0.0f)));
   EXPECT_FALSE(has_image(vec3(0.5f)));

@@ -112,7 +112,8 @@ class DeviceFrameTest : public test::DeviceTest {
     ExpectLight(found, expected);
     ExpectGuides(found.guides, expected.guides);
     ExpectVirtualGuides(found.reflection, expected.reflection);
-    EXPECT_TRUE(found.refraction.empty());
+    ExpectVirtualGuides(found.refraction, expected.refraction);
+    ExpectPlanes(found.guides.transmission_albedo, expected.guides.transmission_albedo);
   }
 
   // Frames of the host and of the device, brought to the host, from one renderer.

@@ -33,6 +33,7 @@ double Off(double a, double b) {
 RenderSettings ShortPaths(int width, int height) {
   RenderSettings settings = SmallSettings(width, height, 1);
   settings.bounces = 1;
+  settings.virtual_guides = false;  // gpu_virtual_guides_test.cpp
   return settings;
 }
 
@@ -43,9 +44,7 @@ class GpuGuidesTest : public TracingWaysTest {
     VulkanRenderOptions options;
     options.first_hits = rasterise ? FirstHits::kDraw : FirstHits::kTrace;
     options.way = GetParam();
-    RenderSettings settings = ShortPaths(width, height);
-    settings.virtual_guides = false;  // gpu_virtual_guides_test.cpp
-    auto renderer = CreateVulkanRenderer(scene, settings, device_, options);
+    auto renderer = CreateVulkanRenderer(scene, ShortPaths(width, height), device_, options);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
   }

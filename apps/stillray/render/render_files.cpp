@@ -30,6 +30,8 @@ void AddGuide(const std::string& name, const Frame& frame, PixelType type, ExrIm
     image->Add("albedo.", type, g.albedo);
   } else if (name == "specular_albedo") {
     image->Add("specular_albedo.", type, g.specular_albedo);
+  } else if (name == "transmission_albedo" && !g.transmission_albedo.empty()) {
+    image->Add("transmission_albedo.", type, g.transmission_albedo);
   } else if (name == "id") {
     image->Add("id.X", g.id);
   } else if (name == "roughness") {

@@ -16,9 +16,9 @@
 namespace stillray {
 
 /// Guides that --aov may add to denoised EXR files.
-inline constexpr const char* kGuideNames[] = {"motion",    "depth",           "normal",
-                                              "albedo",    "specular_albedo", "id",
-                                              "roughness", "emission",        "background"};
+inline constexpr const char* kGuideNames[] = {
+    "motion", "depth",     "normal",   "albedo",    "specular_albedo", "transmission_albedo",
+    "id",     "roughness", "emission", "background"};
 
 /// Whether this output of the denoiser is a finished picture with its own files.
 bool IsPictureOutput(const std::string& name);

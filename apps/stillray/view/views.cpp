@@ -124,6 +124,9 @@ Layer GuideLayer(std::string_view name, const Guides& g) {
   if (name == "specular_albedo") {
     return LayerOf<3>(g.specular_albedo);
   }
+  if (name == "transmission_albedo") {
+    return LayerOf<3>(g.transmission_albedo);
+  }
   if (name == "motion" || name == "motion_arrows") {
     return LayerOf<2>(g.motion);
   }
@@ -396,9 +399,7 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
   std::vector<ViewInfo> views = {{"denoised", "picture", Colouring::kLight, {}},
                                  {"noisy", "picture", Colouring::kLight, {}},
                                  {"reference", "picture", Colouring::kLight, {}}};
-  std::vector<std::string> outputs = Denoiser::OutputNames(settings);
-  // The tracer counts transmitted light as specular: these outputs are always empty.
-  std::erase_if(outputs, [](const std::string& name) { return name.ends_with(".transmission"); });
+  const std::vector<std::string> outputs = Denoiser::OutputNames(settings);
   for (const char* group :
        {"picture", "wavelet levels", "history", "moments and variance", "light without albedo"}) {
     for (const std::string& name : outputs) {
@@ -416,19 +417,23 @@ std::vector<ViewInfo> ListViews(const Settings& settings) {
       }
     }
   }
-  for (int k = 0; k < kTracedSignalCount; ++k) {
+  for (int k = 0; k < kMostTracedSignals; ++k) {
     views.push_back(
         {SignalName(static_cast<SignalKind>(k)), "light of this frame", Colouring::kLight, {}});
   }
   for (const char* name : {"emission", "background"}) {
     views.push_back({name, "light of this frame", Colouring::kLight, {}});
   }
-  const std::pair<const char*, Colouring> guides[] = {
-      {"samples", Colouring::kCount},          {"depth", Colouring::kDepth},
-      {"normal", Colouring::kNormal},          {"albedo", Colouring::kAlbedo},
-      {"specular_albedo", Colouring::kAlbedo}, {"motion", Colouring::kMotion},
-      {"motion_arrows", Colouring::kArrows},   {"id", Colouring::kId},
-      {"roughness", Colouring::kUnit}};
+  const std::pair<const char*, Colouring> guides[] = {{"samples", Colouring::kCount},
+                                                      {"depth", Colouring::kDepth},
+                                                      {"normal", Colouring::kNormal},
+                                                      {"albedo", Colouring::kAlbedo},
+                                                      {"specular_albedo", Colouring::kAlbedo},
+                                                      {"transmission_albedo", Colouring::kAlbedo},
+                                                      {"motion", Colouring::kMotion},
+                                                      {"motion_arrows", Colouring::kArrows},
+                                                      {"id", Colouring::kId},
+                                                      {"roughness", Colouring::kUnit}};
   for (const auto& [name, colouring] : guides) {
     views.push_back({name, "guides", colouring, {}});
   }

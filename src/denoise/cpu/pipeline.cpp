@@ -301,7 +301,7 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
     const GuideSource source = plan.layers.layer[i].guides;
     if (source != GuideSource::kSurface) {
       FollowImages(in.guides, work->layers[i].selected, SurfaceAlbedoOf(in.guides, source),
-                   &work->motion);
+                   OtherAlbedoOf(in.guides, source), &work->motion);
     }
   }
   return work->motion;

@@ -79,21 +79,35 @@ HWY_INLINE void SelectAlbedoAt(const SelectGuidesInput& in, MF shows, int x, int
   }
 }
 
-void SelectRows(const SelectGuidesInput& in, float limit, int y0, int y1, Guides* out,
-                Image3* albedo) {
+/// Writes the normal of the image, if it is one, times `factor` where the mask is true, else that
+/// of the surface.
+HWY_INLINE void SelectNormalAt(const SelectGuidesInput& in, MF shows, float factor, int x, int y,
+                               Image3* out) {
+  const DF d;
+  const Image3& normal = in.image->normal.empty() ? in.surface->normal : in.image->normal;
+  const Vectors<3> image = LoadAt(normal, x, y);
+  const MF from_image = hn::And(shows, IsNormal(image));
+  const VF scale = hn::IfThenElse(shows, hn::Set(d, factor), hn::Set(d, 1.0f));
+  for (int c = 0; c < 3; ++c) {
+    const VF own = hn::LoadU(d, in.surface->normal[c].Row(y) + x);
+    StoreInRow(d, hn::Mul(scale, hn::IfThenElse(from_image, image.v[c], own)), (*out)[c].Row(y), x,
+               out->width());
+  }
+}
+
+void SelectRows(const SelectGuidesInput& in, const SelectGuidesParameters& p, int y0, int y1,
+                Guides* out, Image3* albedo) {
   const DF d;
   const DU du;
   const int width = out->depth.width();
   const bool own_motion = in.image->motion.empty();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const MF shows = ShowsImageAt(in, limit, x, y);
+      const MF shows = ShowsImageAt(in, p.virtual_roughness, x, y);
       const VF own = hn::LoadU(d, in.surface->depth.Row(y) + x);
       const VF image = hn::Min(hn::LoadU(d, in.image->depth.Row(y) + x), hn::Set(d, kImageOfSky));
       StoreInRow(d, hn::IfThenElse(shows, image, own), out->depth.Row(y), x, width);
-      const Image3& normal = in.image->normal.empty() ? in.surface->normal : in.image->normal;
-      const Vectors<3> n = LoadAt(normal, x, y);
-      SelectAt(hn::And(shows, IsNormal(n)), n, in.surface->normal, x, y, &out->normal);
+      SelectNormalAt(in, shows, p.image_normal, x, y, &out->normal);
       if (!out->motion.empty()) {
         const Image2& motion = own_motion ? in.surface->motion : in.image->motion;
         SelectAt(shows, LoadAt(motion, x, y), in.surface->motion, x, y, &out->motion);
@@ -135,7 +149,7 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
                   Image3* albedo) {
   MakeSelectedPlanes(in, out, albedo);
   ParallelRows(out->depth.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(SelectRows)(in, p.virtual_roughness, y0, y1, out, albedo);
+    HWY_DYNAMIC_DISPATCH(SelectRows)(in, p, y0, y1, out, albedo);
   });
 }
 

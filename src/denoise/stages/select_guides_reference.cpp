@@ -10,7 +10,8 @@ bool ShowsImageAt(const SelectGuidesInput& in, float limit, int x, int y) {
   return ShowsImage(in.surface->depth(x, y), in.image->depth(x, y), roughness, limit);
 }
 
-void SelectNormal(const SelectGuidesInput& in, bool image, int x, int y, Image3* out) {
+void SelectNormal(const SelectGuidesInput& in, bool image, float factor, int x, int y,
+                  Image3* out) {
   const Image3* from = &in.surface->normal;
   if (image && !in.image->normal.empty()) {
     const Image3& n = in.image->normal;
@@ -19,7 +20,7 @@ void SelectNormal(const SelectGuidesInput& in, bool image, int x, int y, Image3*
     from = IsNormalLength2(length2) ? &n : from;
   }
   for (int c = 0; c < 3; ++c) {
-    (*out)[c](x, y) = (*from)[c](x, y);
+    (*out)[c](x, y) = (image ? factor : 1.0f) * (*from)[c](x, y);
   }
 }
 
@@ -49,7 +50,7 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
     for (int x = 0; x < depth.width(); ++x) {
       const bool image = ShowsImageAt(in, p.virtual_roughness, x, y);
       out->depth(x, y) = image ? ImageDepth(in.image->depth(x, y)) : depth(x, y);
-      SelectNormal(in, image, x, y, &out->normal);
+      SelectNormal(in, image, p.image_normal, x, y, &out->normal);
       if (!out->motion.empty()) {
         SelectMotion(in, image, x, y, &out->motion);
       }

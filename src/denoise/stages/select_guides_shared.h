@@ -13,6 +13,9 @@ SHARED_BEGIN
 
 SHARED_BLOCK(SelectGuidesParameters) {
   float virtual_roughness;  // largest roughness of surfaces that show virtual images
+  // Factor of the normals of images, 1 or -1. A pane shows surfaces where they are: with -1 no
+  // pixel beside it, which has no transmitted light, is on the same surface.
+  float image_normal;
 };
 
 // Depth of the sky in a mirror. Reflected sky is light on a surface, and has to be filtered there.

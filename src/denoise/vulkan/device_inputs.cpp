@@ -21,16 +21,16 @@ ImageRef RefTo(const gpu::Image* image) {
 }
 
 FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
-  constexpr uint32_t kAllLights = (1u << gpu::kFrameSignals) - 1;
+  const uint32_t lights = (1u << pixels.lights().size()) - 1;
   FrameFacts facts;
   facts.index = frame.index;
   facts.width = frame.width;
   facts.height = frame.height;
   facts.focal_pixels = frame.focal_pixels;
   facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
-  facts.lights = kAllLights;
-  facts.second_moments = pixels.shape().second_moments ? kAllLights : 0;
-  facts.albedos = 1u << 0 | 1u << 1;
+  facts.lights = lights;
+  facts.second_moments = pixels.shape().second_moments ? lights : 0;
+  facts.albedos = 1u << 0 | 1u << 1 | (pixels.shape().transmission ? 1u << 2 : 0u);
   facts.has_samples = pixels.shape().samples;
   facts.has_id = true;
   facts.has_emission = true;
@@ -64,6 +64,7 @@ FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
   inputs.motion = RefTo(i.motion);
   inputs.albedos[0] = RefTo(i.albedo);
   inputs.albedos[1] = RefTo(i.specular_albedo);
+  inputs.albedos[2] = RefTo(i.transmission_albedo);
   inputs.emission = RefTo(i.emission);
   inputs.background = RefTo(i.background);
   inputs.samples = RefTo(i.samples);

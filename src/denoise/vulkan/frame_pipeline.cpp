@@ -248,13 +248,19 @@ Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
   edge_kinds_ = EdgeKindsOf(settings);
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(settings, &levels);
-  const std::array<int, kPilotLevels> pilots = PilotSignals(settings, groups_);
+  // Signals of several kinds of light may have only smooth light in some frames.
+  constexpr uint32_t kAllLights = (1u << kSignalKindCount) - 1;
+  constexpr uint32_t kSmoothLight = 1u << static_cast<uint32_t>(SignalKind::kIndirectDiffuse);
+  const std::array<int, kPilotLevels> pilots[] = {PilotSignals(settings, groups_, kAllLights),
+                                                  PilotSignals(settings, groups_, kSmoothLight)};
   for (int level = 0; level < count; ++level) {
     const AtrousLevel& of_level = levels[static_cast<size_t>(level)];
     STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(of_level)));
     if (level < kPilotLevels) {
-      STILLRAY_RETURN_IF_ERROR(
-          MakeAtrous(AtrousConstants(of_level, pilots[static_cast<size_t>(level)])));
+      for (const std::array<int, kPilotLevels>& of_lights : pilots) {
+        STILLRAY_RETURN_IF_ERROR(
+            MakeAtrous(AtrousConstants(of_level, of_lights[static_cast<size_t>(level)])));
+      }
       STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(PilotLevel(level))));
     }
   }

@@ -20,14 +20,31 @@ STILLRAY_SHADER(AddLayer)
 
 namespace {
 
-/// The kinds of light of the layer.
-constexpr auto kDirect = static_cast<size_t>(SignalKind::kDirectSpecular);
-constexpr auto kIndirect = static_cast<size_t>(SignalKind::kIndirectSpecular);
-constexpr uint32_t kLights = 1u << kDirect | 1u << kIndirect;
+/// The kinds of light of a layer.
+struct LayerLights {
+  size_t direct;
+  size_t indirect;
+  size_t albedo;  ///< in FrameInputs::albedos
+
+  uint32_t bits() const { return 1u << direct | 1u << indirect; }
+};
+constexpr LayerLights kReflected = {static_cast<size_t>(SignalKind::kDirectSpecular),
+                                    static_cast<size_t>(SignalKind::kIndirectSpecular), 1};
+constexpr LayerLights kTransmitted = {static_cast<size_t>(SignalKind::kDirectTransmission),
+                                      static_cast<size_t>(SignalKind::kIndirectTransmission), 2};
+
+const LayerLights& LightsOf(GuideSource source) {
+  return source == GuideSource::kReflection ? kReflected : kTransmitted;
+}
+const LayerLights& OtherLights(GuideSource source) {
+  return source == GuideSource::kReflection ? kTransmitted : kReflected;
+}
 
 /// Of select_guides.comp.
 struct SelectPush {
   float virtual_roughness = 0;
+  float image_normal = 1;
+  int32_t has_other_albedo = 0;
   int32_t has_previous_normal = 0;
   int32_t has_id = 0;
 };
@@ -51,7 +68,7 @@ PassInfo InfoOf(size_t pass) {
   const PassInfo infos[] = {
       {"select_guides",
        {shaders::kSelectGuides, shaders::kSelectGuidesWords},
-       13,
+       14,
        7,
        sizeof(SelectPush)},
       {"select_guides", {shaders::kRescaleMoments, shaders::kRescaleMomentsWords}, 6, 2, 0},
@@ -117,8 +134,9 @@ Result<gpu::MemoryUse> LayerPasses::Need(const gpu::DeviceContext* context,
 }
 
 Result<std::unique_ptr<LayerPasses>> LayerPasses::Create(const gpu::DeviceContext* context,
-                                                         bool timed, uint32_t most_frames) {
-  std::unique_ptr<LayerPasses> made(new LayerPasses(context, timed));
+                                                         GuideSource source, bool timed,
+                                                         uint32_t most_frames) {
+  std::unique_ptr<LayerPasses> made(new LayerPasses(context, source, timed));
   gpu::SetShape all = {0, 0, 0, 0};
   for (size_t pass = 0; pass < kPassCount; ++pass) {
     all.sampled += InfoOf(pass).reads * most_frames;
@@ -213,21 +231,45 @@ Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& fact
   // The shader needs images of the right format in place of those that are not given.
   const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
   const gpu::Image* previous_to = has_previous ? to.previous_normal : to.normal;
-  const ImageRef images[] = {
-      from.depth,     from.normal,         from.motion,      facts.has_id ? from.id : RefTo(to.id),
-      from.roughness, previous_from,       from.albedos[0],  from.albedos[1],
-      seen.depth,     seen.normal,         seen.motion,      facts.has_id ? seen.id : RefTo(to.id),
-      seen.albedo,    RefTo(to.depth),     RefTo(to.normal), RefTo(to.motion),
-      RefTo(to.id),   RefTo(to.roughness), RefTo(to.albedo), RefTo(previous_to)};
-  const SelectPush push = {virtual_roughness, has_previous ? 1 : 0, facts.has_id ? 1 : 0};
+  const LayerLights& lights = LightsOf(source_);
+  const LayerLights& others = OtherLights(source_);
+  const bool has_other = (facts.albedos >> others.albedo & 1u) != 0;
+  const ImageRef images[] = {from.depth,
+                             from.normal,
+                             from.motion,
+                             facts.has_id ? from.id : RefTo(to.id),
+                             from.roughness,
+                             previous_from,
+                             from.albedos[0],
+                             from.albedos[lights.albedo],
+                             has_other ? from.albedos[others.albedo] : from.albedos[0],
+                             seen.depth,
+                             seen.normal,
+                             seen.motion,
+                             facts.has_id ? seen.id : RefTo(to.id),
+                             seen.albedo,
+                             RefTo(to.depth),
+                             RefTo(to.normal),
+                             RefTo(to.motion),
+                             RefTo(to.id),
+                             RefTo(to.roughness),
+                             RefTo(to.albedo),
+                             RefTo(previous_to)};
+  const SelectGuidesParameters select = SelectGuidesOf(virtual_roughness, source_);
+  const SelectPush push = {select.virtual_roughness, select.image_normal, has_other ? 1 : 0,
+                           has_previous ? 1 : 0, facts.has_id ? 1 : 0};
   Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
   WaitForWrites(*context_, commands);
   if (RescalesMoments(facts)) {
-    const ImageRef moments[] = {
-        from.lights[kDirect],           from.lights[kIndirect],   from.second_moments[kDirect],
-        from.second_moments[kIndirect], from.albedos[1],          RefTo(to.albedo),
-        RefTo(to.direct_moment),        RefTo(to.indirect_moment)};
+    const ImageRef moments[] = {from.lights[lights.direct],
+                                from.lights[lights.indirect],
+                                from.second_moments[lights.direct],
+                                from.second_moments[lights.indirect],
+                                from.albedos[lights.albedo],
+                                RefTo(to.albedo),
+                                RefTo(to.direct_moment),
+                                RefTo(to.indirect_moment)};
     STILLRAY_RETURN_IF_ERROR(Run(commands, kRescaleMoments, moments, {}));
     WaitForWrites(*context_, commands);
   }
@@ -261,20 +303,23 @@ bool LayerPasses::HasPreviousNormals(const FrameFacts& frame) const {
 }
 
 bool LayerPasses::RescalesMoments(const FrameFacts& frame) const {
-  return (frame.second_moments & frame.lights & kLights) == kLights &&
+  const uint32_t lights = LightsOf(source_).bits();
+  return (frame.second_moments & frame.lights & lights) == lights &&
          images_->direct_moment != nullptr;
 }
 
 FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
   FrameFacts facts = frame;
-  facts.lights &= kLights;
-  facts.second_moments &= RescalesMoments(frame) ? kLights : 0u;
+  const LayerLights& lights = LightsOf(source_);
+  facts.lights &= lights.bits();
+  facts.second_moments &= RescalesMoments(frame) ? lights.bits() : 0u;
   facts.has_previous_normal = HasPreviousNormals(frame);
-  facts.albedos = 1u << 1;
+  facts.albedos = 1u << lights.albedo;
   facts.has_emission = false;
   facts.has_background = false;
   facts.has_roughness = true;
   facts.has_reflection = false;
+  facts.has_refraction = false;
   facts.is_displayed = false;
   return facts;
 }
@@ -287,19 +332,21 @@ FrameInputs LayerPasses::InputsOfLayer(const FrameInputs& frame) const {
   inputs.motion = RefTo(own.motion);
   inputs.id = RefTo(own.id);
   inputs.roughness = RefTo(own.roughness);
-  inputs.albedos[1] = RefTo(own.albedo);
+  const LayerLights& lights = LightsOf(source_);
+  inputs.albedos[lights.albedo] = RefTo(own.albedo);
   inputs.previous_normal = RefTo(own.previous_normal);
-  inputs.second_moments[kDirect] = RefTo(own.direct_moment);
-  inputs.second_moments[kIndirect] = RefTo(own.indirect_moment);
+  inputs.second_moments[lights.direct] = RefTo(own.direct_moment);
+  inputs.second_moments[lights.indirect] = RefTo(own.indirect_moment);
   return inputs;
 }
 
 FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   FrameFacts facts = frame;
-  facts.black_lights = frame.lights & kLights;
-  facts.second_moments &= ~kLights;
+  const uint32_t lights = LightsOf(source_).bits();
+  facts.black_lights |= frame.lights & lights;
+  facts.second_moments &= ~lights;
   facts.has_emission = true;
-  facts.has_reflection = false;
+  (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
   return facts;
 }
 

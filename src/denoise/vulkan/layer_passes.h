@@ -1,9 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The passes between the two parts of a frame with virtual guides, the layer of reflected light
-/// and the rest, each of which a FramePipeline denoises: the layer first, whose picture is emission
-/// of the rest. See layered_denoiser.h.
+/// The passes between two parts of a frame with virtual guides, a layer of reflected or transmitted
+/// light and the rest, each of which a FramePipeline denoises: the layer first, whose picture is
+/// emission of the rest. Of two layers the second takes the rest of the first as its frame in
+/// RecordRest and what belongs to it. See layered_denoiser.h.
 #pragma once
 
 #include <array>
@@ -33,7 +34,7 @@ struct LayerShape {
   int width = 0;
   int height = 0;
   bool previous_normals = false;
-  bool second_moments = false;  ///< of direct and of indirect specular light, if both are given
+  bool second_moments = false;  ///< of the layer's direct and indirect light, if both are given
   bool with_picture = false;    ///< the layer's picture, which the caller's denoiser writes
 
   friend bool operator==(const LayerShape&, const LayerShape&) = default;
@@ -66,10 +67,12 @@ class LayerPasses {
   /// The memory of Prepare. Allocates nothing.
   static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const LayerShape& shape);
   /// Compiles the shaders.
+  /// \param source       of the layer's guides: kReflection or kRefraction
   /// \param context      must outlive this
   /// \param timed        the queue supports timestamps, and they are requested
   /// \param most_frames  whose images are different, until ForgetInputs
-  static Result<std::unique_ptr<LayerPasses>> Create(const gpu::DeviceContext* context, bool timed,
+  static Result<std::unique_ptr<LayerPasses>> Create(const gpu::DeviceContext* context,
+                                                     GuideSource source, bool timed,
                                                      uint32_t most_frames);
   LayerPasses(const LayerPasses&) = delete;
   LayerPasses& operator=(const LayerPasses&) = delete;
@@ -80,7 +83,7 @@ class LayerPasses {
   Status ForgetInputs() { return sets_.Clear(); }
 
   /// Writes the layer's guides. All images of `seen` are given, and the frame's motion, roughness,
-  /// albedo and specular albedo.
+  /// albedo, and the albedo that divides the layer's light.
   Status RecordLayer(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
                      const VirtualInputs& seen, float virtual_roughness);
   /// Writes emission and motion of the rest. \param picture  the layer's, denoised
@@ -102,8 +105,9 @@ class LayerPasses {
  private:
   enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
 
-  LayerPasses(const gpu::DeviceContext* context, bool timed)
+  LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed)
       : context_(context),
+        source_(source),
         timed_(timed),
         sets_(context),
         layer_times_(context),
@@ -118,6 +122,7 @@ class LayerPasses {
   void End(VkCommandBuffer commands, gpu::Timestamps* times);
 
   const gpu::DeviceContext* context_;
+  GuideSource source_;
   bool timed_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps layer_times_;

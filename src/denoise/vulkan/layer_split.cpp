@@ -9,8 +9,9 @@
 namespace stillray::vulkan {
 namespace {
 
-VirtualInputs VirtualInputsOf(const gpu::DeviceFrame& pixels) {
-  const gpu::VirtualImages& seen = pixels.images().reflection;
+VirtualInputs VirtualInputsOf(const gpu::DeviceFrame& pixels, GuideSource source) {
+  const gpu::VirtualImages& seen =
+      source == GuideSource::kReflection ? pixels.images().reflection : pixels.images().refraction;
   return {RefTo(seen.depth), RefTo(seen.normal), RefTo(seen.motion), RefTo(seen.id),
           RefTo(seen.albedo)};
 }
@@ -29,54 +30,95 @@ Status FramePart::Download(uint32_t, Frame*) const {
 }
 
 Result<std::unique_ptr<LayerSplit>> LayerSplit::Create(std::shared_ptr<gpu::Device> device) {
-  Result<std::unique_ptr<LayerPasses>> passes =
-      LayerPasses::Create(&device->context(), device->has_timestamps(), 1);
-  STILLRAY_RETURN_IF_ERROR(passes.status());
-  return std::unique_ptr<LayerSplit>(new LayerSplit(std::move(device), std::move(*passes)));
+  return std::unique_ptr<LayerSplit>(new LayerSplit(std::move(device)));
 }
 
-Result<Frame> LayerSplit::MakeLayer(const Frame& frame, float virtual_roughness) {
+Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
+                                    float virtual_roughness) {
   const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, frame);
   STILLRAY_RETURN_IF_ERROR(CheckSize(frame, pixels));
-  STILLRAY_RETURN_IF_ERROR(passes_->Prepare(ShapeOf(pixels.shape())));
+  Layer& layer = LayerOf(source);
+  if (layer.passes == nullptr) {
+    Result<std::unique_ptr<LayerPasses>> made =
+        LayerPasses::Create(&device_->context(), source, device_->has_timestamps(), 1);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    layer.passes = std::move(*made);
+  }
+  LayerPasses* const passes = layer.passes.get();
+  STILLRAY_RETURN_IF_ERROR(passes->Prepare(ShapeOf(pixels.shape())));
   // Other images may have come under the handles of those of the last frame.
-  STILLRAY_RETURN_IF_ERROR(passes_->ForgetInputs());
+  STILLRAY_RETURN_IF_ERROR(passes->ForgetInputs());
   const FrameFacts facts = FactsOf(frame, pixels);
   const FrameInputs inputs = InputsOf(pixels);
-  auto layer = std::make_shared<FramePart>();
-  layer->owners = {frame.on_device, passes_->images()};
-  layer->facts = passes_->FactsOfLayer(facts);
-  layer->inputs = passes_->InputsOfLayer(inputs);
-  layer->record = [this, facts, inputs, seen = VirtualInputsOf(pixels),
-                   virtual_roughness](VkCommandBuffer commands) {
-    return passes_->RecordLayer(commands, facts, inputs, seen, virtual_roughness);
+  auto of_layer = std::make_shared<FramePart>();
+  of_layer->owners = {frame.on_device, passes->images()};
+  of_layer->facts = passes->FactsOfLayer(facts);
+  of_layer->inputs = passes->InputsOfLayer(inputs);
+  of_layer->record = [passes, facts, inputs, seen = VirtualInputsOf(pixels, source),
+                      virtual_roughness](VkCommandBuffer commands) {
+    return passes->RecordLayer(commands, facts, inputs, seen, virtual_roughness);
   };
   Frame part = frame;
-  layer_ = layer;
-  part.on_device = std::move(layer);
+  std::erase_if(part.signals,
+                [&](const Signal& signal) { return !IsLightOf(source, signal.kind); });
+  layer.part = of_layer;
+  part.on_device = std::move(of_layer);
   return part;
 }
 
 Result<Frame> LayerSplit::MakeRest(const Frame& frame) {
   const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, frame);
-  const FrameFacts facts = FactsOf(frame, pixels);
-  const FrameInputs inputs = InputsOf(pixels);
   auto rest = std::make_shared<FramePart>();
-  rest->owners = {frame.on_device, passes_->images()};
-  rest->facts = passes_->FactsOfRest(facts);
-  rest->inputs = passes_->InputsOfRest(inputs);
-  rest->record = [this, facts, inputs](VkCommandBuffer commands) {
-    const std::shared_ptr<FramePart> layer = layer_.lock();
-    STILLRAY_CHECK(layer != nullptr);
-    return passes_->RecordRest(commands, facts, inputs, layer->picture);
+  rest->owners = {frame.on_device};
+  rest->facts = FactsOf(frame, pixels);
+  rest->inputs = InputsOf(pixels);
+  std::vector<std::function<Status(VkCommandBuffer)>> records;
+  for (const Layer* layer : {&reflection_, &refraction_}) {
+    if (layer->part.expired()) {
+      continue;
+    }
+    LayerPasses* const passes = layer->passes.get();
+    records.emplace_back([passes, facts = rest->facts, inputs = rest->inputs,
+                          part = layer->part](VkCommandBuffer commands) {
+      const std::shared_ptr<FramePart> of_layer = part.lock();
+      STILLRAY_CHECK(of_layer != nullptr);
+      return passes->RecordRest(commands, facts, inputs, of_layer->picture);
+    });
+    rest->owners.push_back(passes->images());
+    rest->facts = passes->FactsOfRest(rest->facts);
+    rest->inputs = passes->InputsOfRest(rest->inputs);
+  }
+  rest->record = [records = std::move(records)](VkCommandBuffer commands) {
+    for (const auto& record : records) {
+      STILLRAY_RETURN_IF_ERROR(record(commands));
+    }
+    return Status::Ok();
   };
   Frame part = frame;
   part.on_device = std::move(rest);
   return part;
 }
 
+const LayerImages* LayerSplit::images(GuideSource source) const {
+  const Layer& layer = source == GuideSource::kReflection ? reflection_ : refraction_;
+  return layer.passes != nullptr ? layer.passes->images().get() : nullptr;
+}
+
+void LayerSplit::AddTimes(std::vector<StageTime>* times) const {
+  for (const Layer* layer : {&reflection_, &refraction_}) {
+    if (!layer->part.expired()) {
+      layer->passes->AddTimes(times);
+    }
+  }
+}
+
 DeviceMemory LayerSplit::memory() const {
-  const gpu::MemoryUse use = passes_->memory();
+  gpu::MemoryUse use;
+  for (const Layer* layer : {&reflection_, &refraction_}) {
+    if (layer->passes != nullptr) {
+      use += layer->passes->memory();
+    }
+  }
   return {use.allocations, use.resources, use.bytes, use.largest};
 }
 

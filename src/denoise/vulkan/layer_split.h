@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames that a renderer left on the device, in the parts that a LayeredDenoiser denoises: the
-/// layer of reflected light, and the rest. See FrameSplit in backend.h.
+/// Frames that a renderer left on the device, in the parts that a LayeredDenoiser denoises: layers
+/// of reflected and of transmitted light, and the rest. See FrameSplit in backend.h.
 #pragma once
 
 #include <functional>
@@ -34,20 +34,28 @@ class LayerSplit final : public FrameSplit {
  public:
   static Result<std::unique_ptr<LayerSplit>> Create(std::shared_ptr<gpu::Device> device);
 
-  Result<Frame> MakeLayer(const Frame& frame, float virtual_roughness) override;
+  Result<Frame> MakeLayer(const Frame& frame, GuideSource source, float virtual_roughness) override;
   Result<Frame> MakeRest(const Frame& frame) override;
-  void AddTimes(std::vector<StageTime>* times) const override { passes_->AddTimes(times); }
+  void AddTimes(std::vector<StageTime>* times) const override;
   DeviceMemory memory() const override;
-  /// Of the last frame, for tests; nullptr before the first one.
-  const LayerImages* images() const { return passes_->images().get(); }
+  /// Of a layer of the last frame, for tests; nullptr before the first one.
+  const LayerImages* images(GuideSource source) const;
 
  private:
-  LayerSplit(std::shared_ptr<gpu::Device> device, std::unique_ptr<LayerPasses> passes)
-      : device_(std::move(device)), passes_(std::move(passes)) {}
+  /// A layer of frames.
+  struct Layer {
+    std::unique_ptr<LayerPasses> passes;  ///< nullptr before the first one
+    std::weak_ptr<FramePart> part;        ///< of the frame in progress
+  };
+
+  explicit LayerSplit(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
+  Layer& LayerOf(GuideSource source) {
+    return source == GuideSource::kReflection ? reflection_ : refraction_;
+  }
 
   std::shared_ptr<gpu::Device> device_;
-  std::unique_ptr<LayerPasses> passes_;
-  std::weak_ptr<FramePart> layer_;  ///< of the frame in progress
+  Layer reflection_;
+  Layer refraction_;
 };
 
 }  // namespace stillray::vulkan

@@ -15,23 +15,26 @@ layout(set = 0, binding = 3) uniform utexture2D surface_id;
 layout(set = 0, binding = 4) uniform texture2D surface_roughness;
 layout(set = 0, binding = 5) uniform texture2D surface_previous_normal;
 layout(set = 0, binding = 6) uniform texture2D diffuse_albedo;
-layout(set = 0, binding = 7) uniform texture2D specular_albedo;
-layout(set = 0, binding = 8) uniform texture2D image_depth;
-layout(set = 0, binding = 9) uniform texture2D image_normal;
-layout(set = 0, binding = 10) uniform texture2D image_motion;
-layout(set = 0, binding = 11) uniform utexture2D image_id;
-layout(set = 0, binding = 12) uniform texture2D image_albedo;
-layout(set = 0, binding = 13, r32f) writeonly uniform image2D depth_out;
-layout(set = 0, binding = 14, rgba32f) writeonly uniform image2D normal_out;
-layout(set = 0, binding = 15, rg32f) writeonly uniform image2D motion_out;
-layout(set = 0, binding = 16, r32ui) writeonly uniform uimage2D id_out;
-layout(set = 0, binding = 17, r32f) writeonly uniform image2D roughness_out;
+layout(set = 0, binding = 7) uniform texture2D layer_albedo;  // divides the layer's light
+layout(set = 0, binding = 8) uniform texture2D other_albedo;  // that of the other kind of image
+layout(set = 0, binding = 9) uniform texture2D image_depth;
+layout(set = 0, binding = 10) uniform texture2D image_normal;
+layout(set = 0, binding = 11) uniform texture2D image_motion;
+layout(set = 0, binding = 12) uniform utexture2D image_id;
+layout(set = 0, binding = 13) uniform texture2D image_albedo;
+layout(set = 0, binding = 14, r32f) writeonly uniform image2D depth_out;
+layout(set = 0, binding = 15, rgba32f) writeonly uniform image2D normal_out;
+layout(set = 0, binding = 16, rg32f) writeonly uniform image2D motion_out;
+layout(set = 0, binding = 17, r32ui) writeonly uniform uimage2D id_out;
+layout(set = 0, binding = 18, r32f) writeonly uniform image2D roughness_out;
 // Fourth channel: 1 where the pixel shows little but an image (picture_motion_shared.h).
-layout(set = 0, binding = 18, rgba32f) writeonly uniform image2D albedo_out;
-layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D previous_normal_out;
+layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D albedo_out;
+layout(set = 0, binding = 20, rgba32f) writeonly uniform image2D previous_normal_out;
 
 layout(push_constant) uniform Push {
-  float virtual_roughness;
+  float virtual_roughness;  // as in SelectGuidesParameters
+  float image_side;
+  int has_other_albedo;     // 0: it is black
   int has_previous_normal;  // 0: the last image must not be written
   int has_id;               // 0: ids are 0
 };
@@ -39,21 +42,23 @@ layout(push_constant) uniform Push {
 vec3 SelectedNormal(bool image, ivec2 p) {
   vec3 own = texelFetch(surface_normal, p, 0).xyz;
   vec3 seen = texelFetch(image_normal, p, 0).xyz;
-  return image && IsNormalLength2(dot(seen, seen)) ? seen : own;
+  vec3 normal = image && IsNormalLength2(dot(seen, seen)) ? seen : own;
+  return image ? image_side * normal : normal;
 }
 
 vec3 SelectedAlbedo(bool image, ivec2 p) {
-  vec3 own = texelFetch(specular_albedo, p, 0).xyz;
+  vec3 own = texelFetch(layer_albedo, p, 0).xyz;
   vec3 seen = texelFetch(image_albedo, p, 0).xyz;
   return image ? own * vec3(SeenAlbedo(seen.x), SeenAlbedo(seen.y), SeenAlbedo(seen.z)) : own;
 }
 
 bool ShowsLittleElseAt(ivec2 p, float own_depth, float depth, float motion_x, int width) {
   vec3 diffuse = texelFetch(diffuse_albedo, p, 0).xyz;
-  vec3 reflected = texelFetch(specular_albedo, p, 0).xyz;
-  return ShowsLittleElse(own_depth, depth, motion_x, float(width),
-                         Luminance709(diffuse.x, diffuse.y, diffuse.z),
-                         Luminance709(reflected.x, reflected.y, reflected.z));
+  vec3 layer = texelFetch(layer_albedo, p, 0).xyz;
+  vec3 other = has_other_albedo != 0 ? texelFetch(other_albedo, p, 0).xyz : vec3(0.0f);
+  return ShowsLittleElse(
+      own_depth, depth, motion_x, float(width), Luminance709(diffuse.x, diffuse.y, diffuse.z),
+      Luminance709(layer.x, layer.y, layer.z), Luminance709(other.x, other.y, other.z));
 }
 
 void main() {

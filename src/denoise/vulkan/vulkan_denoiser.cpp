@@ -3,7 +3,9 @@
 
 #include "stillray/vulkan.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include <fmt/format.h>
@@ -52,6 +54,7 @@ FrameFacts FactsOf(const VulkanFrame& frame, const vulkan::Shape& shape) {
   facts.has_confidence = IsGiven(frame.confidence);
   facts.has_previous_normal = IsGiven(frame.previous_normal);
   facts.has_reflection = IsGiven(frame.reflection.depth);
+  facts.has_refraction = IsGiven(frame.refraction.depth);
   facts.samples_per_pixel = frame.samples_per_pixel;
   facts.is_displayed = IsGiven(frame.display);
   return facts;
@@ -82,30 +85,38 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   return in;
 }
 
+const VulkanVirtualGuides& ImageOf(const VulkanFrame& frame, GuideSource source) {
+  return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
+}
+
 vulkan::VirtualInputs VirtualInputsOf(const VulkanVirtualGuides& seen) {
   return {RefTo(seen.depth), RefTo(seen.normal), RefTo(seen.motion), RefTo(seen.id),
           RefTo(seen.albedo)};
 }
 
-/// Checks that all images are given that a layer of reflected light needs.
-Status CheckReflection(const VulkanFrame& frame) {
-  const std::pair<const VulkanImage*, const char*> needed[] = {
-      {&frame.reflection.normal, "reflection.normal"},
-      {&frame.reflection.motion, "reflection.motion"},
-      {&frame.reflection.albedo, "reflection.albedo"},
+/// Checks that all images are given that a layer needs.
+Status CheckVirtualGuides(const VulkanFrame& frame, GuideSource source) {
+  const bool reflected = source == GuideSource::kReflection;
+  const std::string name = reflected ? "reflection" : "refraction";
+  const VulkanVirtualGuides& seen = ImageOf(frame, source);
+  const std::pair<const VulkanImage*, std::string> needed[] = {
+      {&seen.normal, name + ".normal"},
+      {&seen.motion, name + ".motion"},
+      {&seen.albedo, name + ".albedo"},
       {&frame.motion, "motion"},
       {&frame.roughness, "roughness"},
       {&frame.albedo, "albedo"},
-      {&frame.specular_albedo, "specular_albedo"}};
-  for (const auto& [image, name] : needed) {
+      {reflected ? &frame.specular_albedo : &frame.transmission_albedo,
+       reflected ? "specular_albedo" : "transmission_albedo"}};
+  for (const auto& [image, of] : needed) {
     if (!IsGiven(*image)) {
       return Status::InvalidArgument(fmt::format(
-          "frame {}: image '{}' is not given, beside 'reflection.depth'", frame.index, name));
+          "frame {}: image '{}' is not given, beside '{}.depth'", frame.index, of, name));
     }
   }
-  return IsGiven(frame.id) && !IsGiven(frame.reflection.id)
+  return IsGiven(frame.id) && !IsGiven(seen.id)
              ? Status::InvalidArgument(fmt::format(
-                   "frame {}: image 'reflection.id' is not given, beside 'id'", frame.index))
+                   "frame {}: image '{}.id' is not given, beside 'id'", frame.index, name))
              : Status::Ok();
 }
 
@@ -181,10 +192,10 @@ vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
   return options;
 }
 
-vulkan::PipelineOptions LayerOptionsOf(const VulkanOptions& o) {
+vulkan::PipelineOptions LayerOptionsOf(const VulkanOptions& o, GuideSource source) {
   vulkan::PipelineOptions options = PipelineOptionsOf(o);
   options.settings = SettingsOfLayer(o.settings);
-  options.transmission = false;
+  options.transmission = source == GuideSource::kRefraction;
   return options;
 }
 
@@ -199,14 +210,16 @@ vulkan::LayerShape LayerShapeOf(const VulkanOptions& o) {
 /// Frames whose images may differ from each other, as of FramePipeline.
 constexpr uint32_t kMostFrames = 128;
 
-/// The filter of reflected light, and the passes between it and that of the rest.
-struct ReflectionLayer {
+/// The filter of reflected or transmitted light, and the passes between it and that of the rest.
+struct VirtualLayer {
+  GuideSource source;
   std::unique_ptr<vulkan::LayerPasses> passes;
   std::unique_ptr<FramePipeline> pipeline;
   bool was_used = false;  ///< by the last frame
 
-  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const VulkanOptions& o) {
-    Result<gpu::MemoryUse> need = FramePipeline::Need(context, LayerOptionsOf(o));
+  static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, GuideSource source,
+                                     const VulkanOptions& o) {
+    Result<gpu::MemoryUse> need = FramePipeline::Need(context, LayerOptionsOf(o, source));
     STILLRAY_RETURN_IF_ERROR(need.status());
     const Result<gpu::MemoryUse> of_passes = vulkan::LayerPasses::Need(context, LayerShapeOf(o));
     STILLRAY_RETURN_IF_ERROR(of_passes.status());
@@ -214,40 +227,61 @@ struct ReflectionLayer {
     return need;
   }
 
-  static Result<std::unique_ptr<ReflectionLayer>> Create(const gpu::DeviceContext* context,
-                                                         const VulkanOptions& o) {
-    auto layer = std::make_unique<ReflectionLayer>();
+  static Result<std::unique_ptr<VirtualLayer>> Create(const gpu::DeviceContext* context,
+                                                      GuideSource source, const VulkanOptions& o) {
+    auto layer = std::make_unique<VirtualLayer>();
+    layer->source = source;
     Result<std::unique_ptr<vulkan::LayerPasses>> passes =
-        vulkan::LayerPasses::Create(context, o.timestamps, kMostFrames);
+        vulkan::LayerPasses::Create(context, source, o.timestamps, kMostFrames);
     STILLRAY_RETURN_IF_ERROR(passes.status());
     layer->passes = std::move(*passes);
     STILLRAY_RETURN_IF_ERROR(layer->passes->Prepare(LayerShapeOf(o)));
     Result<std::unique_ptr<FramePipeline>> pipeline =
-        FramePipeline::Create(context, LayerOptionsOf(o));
+        FramePipeline::Create(context, LayerOptionsOf(o, source));
     STILLRAY_RETURN_IF_ERROR(pipeline.status());
     layer->pipeline = std::move(*pipeline);
     return layer;
   }
 
-  /// Records the filter of reflected light, and what makes the rest of facts and inputs.
+  /// Records the filter of the layer's light. \param facts, inputs  of the frame
   Status Record(VkCommandBuffer commands, const Settings& settings,
-                const vulkan::VirtualInputs& seen, FrameFacts* facts, FrameInputs* inputs) {
+                const vulkan::VirtualInputs& seen, const FrameFacts& facts,
+                const FrameInputs& inputs) {
     STILLRAY_RETURN_IF_ERROR(
-        passes->RecordLayer(commands, *facts, *inputs, seen, settings.virtual_roughness));
-    const ImageRef picture = vulkan::RefTo(passes->images()->picture);
-    const FrameFacts of_layer = passes->FactsOfLayer(*facts);
-    FrameInputs layer_inputs = passes->InputsOfLayer(*inputs);
-    layer_inputs.colour = picture;
+        passes->RecordLayer(commands, facts, inputs, seen, settings.virtual_roughness));
+    const FrameFacts of_layer = passes->FactsOfLayer(facts);
+    FrameInputs layer_inputs = passes->InputsOfLayer(inputs);
+    layer_inputs.colour = picture();
     layer_inputs.colour_is_half = false;
     layer_inputs.display = {};
     const FramePlan plan = MakePlan(SettingsOfLayer(settings), of_layer, pipeline->progress());
-    STILLRAY_RETURN_IF_ERROR(pipeline->Record(commands, plan, of_layer, layer_inputs, nullptr));
-    STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture));
+    return pipeline->Record(commands, plan, of_layer, layer_inputs, nullptr);
+  }
+
+  /// Records what makes the rest. \param facts, inputs  [in,out] of the frame, or of the rest of
+  ///     another layer
+  Status RecordRest(VkCommandBuffer commands, FrameFacts* facts, FrameInputs* inputs) {
+    STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture()));
     *inputs = passes->InputsOfRest(*inputs);
     *facts = passes->FactsOfRest(*facts);
     return Status::Ok();
   }
+
+ private:
+  ImageRef picture() const { return vulkan::RefTo(passes->images()->picture); }
 };
+
+/// The layers that frames may have with these options.
+std::vector<GuideSource> LayersOf(const VulkanOptions& options) {
+  std::vector<GuideSource> sources;
+  if (options.virtual_guides) {
+    sources.push_back(GuideSource::kReflection);
+    if (options.transmission) {
+      sources.push_back(GuideSource::kRefraction);
+    }
+  }
+  return sources;
+}
 
 /// Adds times to those of the same names.
 void AddTimes(const std::vector<gpu::DeviceTime>& more, std::vector<StageTime>* times) {
@@ -281,30 +315,71 @@ struct VulkanDenoiser::Impl {
   Settings settings;
   bool incomplete_guides = false;
   std::unique_ptr<FramePipeline> pipeline;
-  std::unique_ptr<ReflectionLayer> layer;  // nullptr without VulkanOptions::virtual_guides
+  std::vector<std::unique_ptr<VirtualLayer>> layers;  // none without VulkanOptions::virtual_guides
 
   bool FillsGuides() const { return incomplete_guides && settings.fill_guides; }
-  Result<bool> UsesLayer(const VulkanFrame& frame, const FrameFacts& facts) const;
+  Status CheckLayers(const VulkanFrame& frame, const FrameFacts& facts) const;
+  bool UseLayers(const FrameFacts& facts);
+  Status RecordLayers(VkCommandBuffer commands, const VulkanFrame& frame, FrameFacts* facts,
+                      FrameInputs* inputs);
   void Reset();
 };
 
-/// Whether the frame has a layer of reflected light, whose images were checked.
-Result<bool> VulkanDenoiser::Impl::UsesLayer(const VulkanFrame& frame,
-                                             const FrameFacts& facts) const {
-  if (!facts.has_reflection) {
-    return false;
+/// Checks the images of the frame's layers.
+Status VulkanDenoiser::Impl::CheckLayers(const VulkanFrame& frame, const FrameFacts& facts) const {
+  for (const GuideSource source : {GuideSource::kReflection, GuideSource::kRefraction}) {
+    const bool reflected = source == GuideSource::kReflection;
+    if (!(reflected ? facts.has_reflection : facts.has_refraction)) {
+      continue;
+    }
+    const bool expected = std::any_of(layers.begin(), layers.end(),
+                                      [&](const auto& layer) { return layer->source == source; });
+    if (!expected) {
+      return Status::InvalidArgument(
+          fmt::format("frame {}: virtual guides of {} light are given, but the denoiser was made "
+                      "without {}",
+                      frame.index, reflected ? "reflected" : "transmitted",
+                      layers.empty() ? "virtual guides" : "transmission signals"));
+    }
+    STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, source));
   }
-  if (layer == nullptr) {
-    return Status::InvalidArgument(fmt::format(
-        "frame {}: virtual guides are given, but the denoiser was made without them", frame.index));
+  return Status::Ok();
+}
+
+/// Chooses the layers of the frame. \return whether they differ from those of the last frame
+bool VulkanDenoiser::Impl::UseLayers(const FrameFacts& facts) {
+  const LayerList used = LayersOf(settings, facts);
+  bool differ = false;
+  for (const auto& layer : layers) {
+    const bool uses = std::any_of(used.begin(), used.end(), [&](const PlannedLayer& planned) {
+      return planned.guides == layer->source;
+    });
+    differ = differ || layer->was_used != uses;
+    layer->was_used = uses;
   }
-  STILLRAY_RETURN_IF_ERROR(CheckReflection(frame));
-  return LayersOf(settings, facts).count > 1;
+  return differ;
+}
+
+/// Records the filters of the layers. \param facts, inputs  [in,out] of the frame, then of the rest
+Status VulkanDenoiser::Impl::RecordLayers(VkCommandBuffer commands, const VulkanFrame& frame,
+                                          FrameFacts* facts, FrameInputs* inputs) {
+  for (const auto& layer : layers) {
+    if (layer->was_used) {
+      const vulkan::VirtualInputs seen = VirtualInputsOf(ImageOf(frame, layer->source));
+      STILLRAY_RETURN_IF_ERROR(layer->Record(commands, settings, seen, *facts, *inputs));
+    }
+  }
+  for (const auto& layer : layers) {
+    if (layer->was_used) {
+      STILLRAY_RETURN_IF_ERROR(layer->RecordRest(commands, facts, inputs));
+    }
+  }
+  return Status::Ok();
 }
 
 void VulkanDenoiser::Impl::Reset() {
   pipeline->Reset();
-  if (layer != nullptr) {
+  for (const auto& layer : layers) {
     layer->pipeline->Reset();
   }
 }
@@ -320,8 +395,8 @@ Result<DeviceMemory> VulkanDenoiser::MemoryNeed(const VulkanContext& context,
   STILLRAY_RETURN_IF_ERROR(made.status());
   Result<gpu::MemoryUse> need = FramePipeline::Need(&*made, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(need.status());
-  if (options.virtual_guides) {
-    const Result<gpu::MemoryUse> more = ReflectionLayer::Need(&*made, options);
+  for (const GuideSource source : LayersOf(options)) {
+    const Result<gpu::MemoryUse> more = VirtualLayer::Need(&*made, source, options);
     STILLRAY_RETURN_IF_ERROR(more.status());
     *need += *more;
   }
@@ -341,11 +416,11 @@ Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
       FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(pipeline.status());
   impl->pipeline = std::move(pipeline.value());
-  if (options.virtual_guides) {
-    Result<std::unique_ptr<ReflectionLayer>> layer =
-        ReflectionLayer::Create(&impl->context, options);
+  for (const GuideSource source : LayersOf(options)) {
+    Result<std::unique_ptr<VirtualLayer>> layer =
+        VirtualLayer::Create(&impl->context, source, options);
     STILLRAY_RETURN_IF_ERROR(layer.status());
-    impl->layer = std::move(*layer);
+    impl->layers.push_back(std::move(*layer));
   }
   return VulkanDenoiser(std::move(impl));
 }
@@ -359,18 +434,12 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
-  const Result<bool> uses_layer = impl_->UsesLayer(frame, facts);
-  STILLRAY_RETURN_IF_ERROR(uses_layer.status());
-  FrameInputs inputs = InputsOf(frame);
-  ReflectionLayer* const layer = impl_->layer.get();
-  if (layer != nullptr && layer->was_used != *uses_layer) {
+  STILLRAY_RETURN_IF_ERROR(impl_->CheckLayers(frame, facts));
+  if (impl_->UseLayers(facts)) {
     impl_->Reset();  // each history has another part of the light
-    layer->was_used = *uses_layer;
   }
-  if (*uses_layer) {
-    STILLRAY_RETURN_IF_ERROR(layer->Record(commands, impl_->settings,
-                                           VirtualInputsOf(frame.reflection), &facts, &inputs));
-  }
+  FrameInputs inputs = InputsOf(frame);
+  STILLRAY_RETURN_IF_ERROR(impl_->RecordLayers(commands, frame, &facts, &inputs));
   const FramePlan plan = MakePlan(impl_->settings, facts, impl_->pipeline->progress());
   return impl_->pipeline->Record(commands, plan, facts, inputs, nullptr);
 }
@@ -383,15 +452,16 @@ Status VulkanDenoiser::SetSettings(const Settings& settings) {
                          pipeline.has_transmission());
   };
   FramePipeline& pipeline = *impl_->pipeline;
-  FramePipeline* const of_layer = impl_->layer != nullptr ? impl_->layer->pipeline.get() : nullptr;
+  const Settings of_layer = SettingsOfLayer(settings);
   if (!fits(pipeline, settings) ||
-      (of_layer != nullptr && !fits(*of_layer, SettingsOfLayer(settings)))) {
+      !std::all_of(impl_->layers.begin(), impl_->layers.end(),
+                   [&](const auto& layer) { return fits(*layer->pipeline, of_layer); })) {
     return Status::InvalidArgument(
         "these settings need other images than the denoiser was made with: make another one");
   }
   STILLRAY_RETURN_IF_ERROR(pipeline.SetSettings(settings));
-  if (of_layer != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(of_layer->SetSettings(SettingsOfLayer(settings)));
+  for (const auto& layer : impl_->layers) {
+    STILLRAY_RETURN_IF_ERROR(layer->pipeline->SetSettings(of_layer));
   }
   if (NeedsNewHistory(impl_->settings, settings)) {
     impl_->Reset();
@@ -409,18 +479,18 @@ void VulkanDenoiser::Reset() {
 }
 
 Status VulkanDenoiser::ForgetImages() {
-  if (impl_->layer != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(impl_->layer->passes->ForgetInputs());
-    STILLRAY_RETURN_IF_ERROR(impl_->layer->pipeline->ForgetInputs());
+  for (const auto& layer : impl_->layers) {
+    STILLRAY_RETURN_IF_ERROR(layer->passes->ForgetInputs());
+    STILLRAY_RETURN_IF_ERROR(layer->pipeline->ForgetInputs());
   }
   return impl_->pipeline->ForgetInputs();
 }
 
 DeviceMemory VulkanDenoiser::memory() const {
   gpu::MemoryUse use = impl_->pipeline->memory();
-  if (impl_->layer != nullptr) {
-    use += impl_->layer->pipeline->memory();
-    use += impl_->layer->passes->memory();
+  for (const auto& layer : impl_->layers) {
+    use += layer->pipeline->memory();
+    use += layer->passes->memory();
   }
   return MemoryOf(use);
 }
@@ -428,9 +498,11 @@ DeviceMemory VulkanDenoiser::memory() const {
 std::vector<StageTime> VulkanDenoiser::timings() const {
   std::vector<StageTime> times;
   AddTimes(impl_->pipeline->times(), &times);
-  if (impl_->layer != nullptr && impl_->layer->was_used) {
-    AddTimes(impl_->layer->pipeline->times(), &times);
-    impl_->layer->passes->AddTimes(&times);
+  for (const auto& layer : impl_->layers) {
+    if (layer->was_used) {
+      AddTimes(layer->pipeline->times(), &times);
+      layer->passes->AddTimes(&times);
+    }
   }
   return times;
 }

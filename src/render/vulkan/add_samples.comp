@@ -12,17 +12,18 @@ layout(local_size_x = 64) in;
 #ifdef STILLRAY_REFERENCE
 void AddSample(uint number, bool is_first) {
   vec3 light = guides[number].emission + guides[number].background;
-  for (int k = 0; k < 4; ++k) {
-    light += sample_lights[number].signals[k].light;
+  uint signals = FirstSignal(number);
+  for (uint k = 0u; k < frame.signal_count; ++k) {
+    light += sample_lights[signals + k].light;
   }
-  vec3 sum = is_first ? vec3(0.0f) : sums[number].signals[0].light;
-  vec3 lost = is_first ? vec3(0.0f) : sums[number].signals[1].light;
+  vec3 sum = is_first ? vec3(0.0f) : sums[signals].light;
+  vec3 lost = is_first ? vec3(0.0f) : sums[signals + 1u].light;
   precise vec3 added = light - lost;
   precise vec3 larger = sum + added;
   precise vec3 kept = larger - sum;
   precise vec3 now_lost = kept - added;
-  sums[number].signals[0].light = larger;
-  sums[number].signals[1].light = now_lost;
+  sums[signals].light = larger;
+  sums[signals + 1u].light = now_lost;
 }
 #else
 // With a lens the guides are those of this sample: replaces them by the mean of all up to it.
@@ -38,26 +39,36 @@ void AddGuides(uint number, bool is_first) {
   }
   lens_sums[number] = sum;
   LensGuides mean = MeanOfLensSamples(sum);
-  guides[number] = GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness,
-                             mean.specular_albedo, mean.id, mean.emission, mean.motion_x,
-                             mean.background, mean.motion_y, mean.previous_normal, 0.0f);
+  guides[number] =
+      GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness, mean.specular_albedo, mean.id,
+                mean.emission, mean.motion_x, mean.background, mean.motion_y, mean.previous_normal,
+                0.0f, vec3(0.0f), 0.0f);
+}
+
+// The albedo that divides light of a SignalKind.
+vec3 AlbedoOf(uint number, uint kind) {
+  if (kind >= uint(kDirectTransmission)) {
+    return guides[number].transmission_albedo;
+  }
+  return kind >= uint(kDirectSpecular) ? guides[number].specular_albedo : guides[number].albedo;
 }
 
 void AddSample(uint number, bool is_first) {
-  for (int k = 0; k < 4; ++k) {
-    vec3 light = sample_lights[number].signals[k].light;
+  for (uint k = 0u; k < frame.signal_count; ++k) {
+    uint signal = FirstSignal(number) + k;
+    vec3 light = sample_lights[signal].light;
     GpuSignal sum = GpuSignal(vec3(0.0f), 0.0f);
     if (!is_first) {
-      sum = sums[number].signals[k];
+      sum = sums[signal];
     }
     sum.light += light;
     if (frame.with_squares != 0) {
-      vec3 albedo = k < 2 ? guides[number].albedo : guides[number].specular_albedo;
+      vec3 albedo = AlbedoOf(number, k);
       float l = Luminance709(Demodulate(light.x, albedo.x), Demodulate(light.y, albedo.y),
                              Demodulate(light.z, albedo.z));
       sum.square += l * l;
     }
-    sums[number].signals[k] = sum;
+    sums[signal] = sum;
   }
   if (frame.view.lens_radius > 0.0f) {
     AddGuides(number, is_first);

@@ -3,14 +3,13 @@
 #include "render/vulkan/batch_store.h"
 
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include <tbb/parallel_for.h>
 
 namespace stillray::render {
 namespace {
-
-using Squares = std::array<float, kTracedSignalCount>;
 
 /// Pixels that a thread reorders at a time.
 constexpr int kChunkWidth = 256;
@@ -57,17 +56,20 @@ PixelGuides GuidesOf(const GpuGuides& guides) {
   out.emission = guides.emission;
   out.background = guides.background;
   out.previous_normal = guides.previous_normal;
+  out.transmission_albedo = guides.transmission_albedo;
   return out;
 }
 
 VirtualImage ImageOf(const GpuImage& image) {
-  return {image.depth, image.normal, image.albedo, vec2(image.motion_x, image.motion_y), image.id};
+  return {image.depth, image.normal, image.albedo, vec2(image.motion_x, image.motion_y),
+          image.id,    0.0f};
 }
 
-SampleLight LightOf(const GpuPixelLight& light) {
+SampleLight LightOf(const GpuSignal* first, uint32_t signals) {
   SampleLight out;
-  for (size_t k = 0; k < out.size(); ++k) {
-    out[k] = light.signals[k].light;
+  out.fill(vec3(0.0f));
+  for (uint32_t k = 0; k < signals; ++k) {
+    out[k] = first[k].light;
   }
   return out;
 }
@@ -80,20 +82,21 @@ Tile TileOf(const GpuBatch& batch, int width, int height) {
 
 namespace {
 
-void StoreLightOf(const GpuBatch& batch, const Tile& chunk, const GpuPixelLight* sums, int spp,
+void StoreLightOf(const GpuBatch& batch, const Tile& chunk, const BatchResults& results,
                   Frame* frame) {
   std::vector<SampleLight> lights;
-  std::vector<Squares> squares;
+  std::vector<SampleSquares> squares;
   lights.reserve(static_cast<size_t>(chunk.count()));
   squares.reserve(static_cast<size_t>(chunk.count()));
   ForPixels(batch, chunk, [&](uint32_t number) {
-    lights.push_back(LightOf(sums[number]));
-    Squares& square = squares.emplace_back();
-    for (size_t k = 0; k < square.size(); ++k) {
-      square[k] = sums[number].signals[k].square;
+    const GpuSignal* first = results.sums + size_t{number} * results.signals;
+    lights.push_back(LightOf(first, results.signals));
+    SampleSquares& square = squares.emplace_back();
+    for (uint32_t k = 0; k < results.signals; ++k) {
+      square[k] = first[k].square;
     }
   });
-  StoreLight(chunk, spp, lights.data(), squares.data(), frame);
+  StoreLight(chunk, results.spp, lights.data(), squares.data(), frame);
 }
 
 /// Converts the values of a chunk's pixels, row by row.
@@ -114,23 +117,26 @@ void StoreBatch(const GpuBatch& batch, const BatchResults& results, Frame* frame
       const auto guides = Converted<PixelGuides>(batch, chunk, results.guides, GuidesOf);
       StoreGuides(chunk, guides.data(), frame);
     }
-    if (results.images != nullptr) {
-      const auto images = Converted<VirtualImage>(batch, chunk, results.images, ImageOf);
-      StoreVirtualImages(chunk, images.data(), &frame->reflection);
+    for (const auto& [from, to] : {std::pair{results.reflections, &frame->reflection},
+                                   std::pair{results.refractions, &frame->refraction}}) {
+      if (from != nullptr) {
+        const auto images = Converted<VirtualImage>(batch, chunk, from, ImageOf);
+        StoreVirtualImages(chunk, images.data(), to);
+      }
     }
     if (results.sums != nullptr) {
-      StoreLightOf(batch, chunk, results.sums, results.spp, frame);
+      StoreLightOf(batch, chunk, results, frame);
     }
   });
 }
 
-void StoreReference(const GpuBatch& batch, const GpuPixelLight* sums, int spp, Image3* radiance) {
+void StoreReference(const GpuBatch& batch, const GpuSignal* sums, int spp, Image3* radiance) {
   const auto samples = static_cast<double>(spp);
   ForChunks(TileOf(batch, radiance->width(), radiance->height()), [&](const Tile& chunk) {
     int i = 0;
     ForPixels(batch, chunk, [&](uint32_t number) {
-      const glm::dvec3 sum(sums[number].signals[0].light);
-      const glm::dvec3 lost(sums[number].signals[1].light);
+      const glm::dvec3 sum(sums[kSurfaceSignals * number].light);
+      const glm::dvec3 lost(sums[kSurfaceSignals * number + 1].light);
       StorePixel(radiance, chunk.x0 + i % chunk.width, chunk.y0 + i / chunk.width,
                  vec3((sum - lost) / samples));
       ++i;

@@ -12,7 +12,8 @@ namespace stillray::render {
 
 PixelGuides GuidesOf(const GpuGuides& guides);
 VirtualImage ImageOf(const GpuImage& image);
-SampleLight LightOf(const GpuPixelLight& light);
+/// \param first  of a pixel's signals
+SampleLight LightOf(const GpuSignal* first, uint32_t signals);
 
 /// The part of a rectangular batch that lies within the picture.
 Tile TileOf(const GpuBatch& batch, int width, int height);
@@ -20,8 +21,10 @@ Tile TileOf(const GpuBatch& batch, int width, int height);
 /// Results of the pixels of a batch, in its order; null: not stored.
 struct BatchResults {
   const GpuGuides* guides = nullptr;
-  const GpuImage* images = nullptr;
-  const GpuPixelLight* sums = nullptr;  ///< of `spp` samples
+  const GpuImage* reflections = nullptr;
+  const GpuImage* refractions = nullptr;
+  const GpuSignal* sums = nullptr;     ///< of `spp` samples
+  uint32_t signals = kSurfaceSignals;  ///< of each pixel
   int spp = 1;
 };
 
@@ -29,6 +32,6 @@ struct BatchResults {
 void StoreBatch(const GpuBatch& batch, const BatchResults& results, Frame* frame);
 
 /// Stores the mean of `spp` samples of a reference.
-void StoreReference(const GpuBatch& batch, const GpuPixelLight* sums, int spp, Image3* radiance);
+void StoreReference(const GpuBatch& batch, const GpuSignal* sums, int spp, Image3* radiance);
 
 }  // namespace stillray::render

@@ -20,6 +20,7 @@ STILLRAY_SHADER(StoreListed)
 STILLRAY_SHADER(StoreGuides)
 STILLRAY_SHADER(StoreColours)
 STILLRAY_SHADER(StorePreviousNormals)
+STILLRAY_SHADER(StoreTransmission)
 STILLRAY_SHADER(StoreVirtualGuides)
 #undef STILLRAY_SHADER
 }  // namespace shaders
@@ -36,15 +37,18 @@ struct ShaderCode {
 /// In the order of DeviceStore's enumerators.
 ShaderCode CodeOf(size_t shader) {
   const ShaderCode codes[] = {
-      {"store_light", {shaders::kStoreLight, shaders::kStoreLightWords}, 4},
-      {"store_light with moments", {shaders::kStoreMoments, shaders::kStoreMomentsWords}, 8},
-      {"store_light of a list", {shaders::kStoreListed, shaders::kStoreListedWords}, 5},
+      {"store_light", {shaders::kStoreLight, shaders::kStoreLightWords}, 2},
+      {"store_light with moments", {shaders::kStoreMoments, shaders::kStoreMomentsWords}, 4},
+      {"store_light of a list", {shaders::kStoreListed, shaders::kStoreListedWords}, 3},
       {"store_guides", {shaders::kStoreGuides, shaders::kStoreGuidesWords}, 5},
       {"store_guides of colours", {shaders::kStoreColours, shaders::kStoreColoursWords}, 4},
       {"store_guides of previous normals",
        {shaders::kStorePreviousNormals, shaders::kStorePreviousNormalsWords},
        1,
        3},
+      {"store_guides of transmitted light",
+       {shaders::kStoreTransmission, shaders::kStoreTransmissionWords},
+       1},
       {"store_virtual_guides",
        {shaders::kStoreVirtualGuides, shaders::kStoreVirtualGuidesWords},
        5},
@@ -52,13 +56,21 @@ ShaderCode CodeOf(size_t shader) {
   return codes[shader];
 }
 
-/// A frame uses up to five of the shaders; this is enough for all.
-constexpr gpu::SetShape kMostDescriptors = {0, 32, 0, 6 * 2 + 3};
+/// The sets of a frame: three of lights, four of guides, two of virtual guides.
+constexpr uint32_t kMostSets = 9;
+constexpr gpu::SetShape kMostDescriptors = {0, 3 * 4 + (5 + 4 + 1 + 1) + 2 * 5, 0,
+                                            kMostSets * 2 + 1};
 
 struct StorePush {
   GpuBatch batch;
   float scale;
+  uint32_t signal_count;
+  uint32_t first_signal;
+  uint32_t first_image;
 };
+
+/// Signals that store_light writes at once.
+constexpr uint32_t kSignalPair = 2;
 
 bool IsSparse(const RenderSettings& settings) {
   return settings.cycle > 1;
@@ -71,7 +83,7 @@ bool HasSparseGuides(const RenderSettings& settings) {
 }  // namespace
 
 Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
-                          bool virtual_guides, const RenderMoment& moment, Frame* frame) {
+                          const ImageKinds& images, const RenderMoment& moment, Frame* frame) {
   settings_ = settings;
   begun_ = false;
   target_ = std::dynamic_pointer_cast<gpu::DeviceFrame>(std::exchange(frame->on_device, nullptr));
@@ -80,7 +92,8 @@ Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
                                  .second_moments = settings.spp > 1,
                                  .samples = settings.spp > 1 || IsSparse(settings),
                                  .previous_normals = previous_normals,
-                                 .virtual_guides = virtual_guides};
+                                 .reflection = images.reflection,
+                                 .transmission = images.refraction};
   const bool suits = target_ != nullptr && target_.use_count() == 1 &&
                      target_->device() == device_ && target_->shape() == shape;
   if (!suits) {
@@ -94,12 +107,12 @@ Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
     target_ = std::move(*made);
   }
   if (!has_pool_) {
-    STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(kShaderCount, kMostDescriptors));
+    STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(kMostSets, kMostDescriptors));
     has_pool_ = true;
   }
   // Images and the tracer's buffers may have changed under the same handles.
   STILLRAY_RETURN_IF_ERROR(sets_.Clear());
-  DescribeFrame(settings, moment, frame);
+  DescribeFrame(settings, moment, images.refraction, frame);
   return Status::Ok();
 }
 
@@ -121,7 +134,7 @@ void DeviceStore::RecordBegin(VkCommandBuffer commands) {
   }
   if (IsSparse(settings_)) {
     Clear(commands, i.samples, 0);
-    for (const gpu::Image* light : i.lights) {
+    for (const gpu::Image* light : target_->lights()) {
       Clear(commands, light, 0);
     }
   }
@@ -141,8 +154,8 @@ void DeviceStore::RecordBegin(VkCommandBuffer commands) {
 
 /// One thread for each pixel of the batch.
 Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
-                        std::vector<const gpu::Image*> images,
-                        std::initializer_list<const gpu::Buffer*> buffers, const GpuBatch& batch) {
+                        std::vector<const gpu::Image*> images, const Source& source,
+                        const GpuBatch& batch) {
   const gpu::DeviceContext& c = device_->context();
   const ShaderCode code = CodeOf(shader);
   const gpu::SetShape shape = {0, code.images, 0, code.buffers};
@@ -159,12 +172,14 @@ Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
   for (const gpu::Image* image : images) {
     content.images.push_back(image->view);
   }
-  for (const gpu::Buffer* buffer : buffers) {
+  for (const gpu::Buffer* buffer : source.buffers) {
     content.buffers.push_back(buffer->buffer);
   }
   const Result<VkDescriptorSet> set = sets_.Find(shape, content);
   STILLRAY_RETURN_IF_ERROR(set.status());
-  const StorePush push = {batch, 1.0f / static_cast<float>(settings_.spp)};
+  const StorePush push = {batch, 1.0f / static_cast<float>(settings_.spp),
+                          static_cast<uint32_t>(target_->lights().size()), source.first_signal,
+                          source.first_image};
   c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->handle());
   c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout(), 0, 1,
                              &*set, 0, nullptr);
@@ -180,30 +195,55 @@ Status DeviceStore::StoreGuides(VkCommandBuffer commands, const GpuTracer& trace
   const gpu::Buffer& listed = tracer.device_listed();
   const gpu::Buffer& values = tracer.device_guides();
   STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreGuides,
-                               {i.depth, i.normal, i.motion, i.id, i.roughness}, {&values, &listed},
-                               batch));
+                               {i.depth, i.normal, i.motion, i.id, i.roughness},
+                               {{&values, &listed}}, batch));
   STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreColours,
                                {i.albedo, i.specular_albedo, i.emission, i.background},
-                               {&values, &listed}, batch));
+                               {{&values, &listed}}, batch));
+  if (i.transmission_albedo != nullptr) {
+    STILLRAY_RETURN_IF_ERROR(
+        Run(commands, kStoreTransmission, {i.transmission_albedo}, {{&values, &listed}}, batch));
+  }
   return i.previous_normal == nullptr ? Status::Ok()
                                       : Run(commands, kStorePreviousNormals, {i.previous_normal},
-                                            {&values, &listed, &instances}, batch);
+                                            {{&values, &listed, &instances}}, batch);
+}
+
+Status DeviceStore::StoreImages(VkCommandBuffer commands, const GpuTracer& tracer,
+                                const GpuBatch& batch, const ImageKinds& kinds) {
+  const gpu::FrameImages& i = target_->images();
+  const auto store = [&](const gpu::VirtualImages& v, uint32_t first) {
+    return Run(
+        commands, kStoreVirtualGuides, {v.depth, v.normal, v.albedo, v.motion, v.id},
+        {.buffers = {&tracer.device_images(), &tracer.device_listed()}, .first_image = first},
+        batch);
+  };
+  if (kinds.reflection) {
+    STILLRAY_RETURN_IF_ERROR(store(i.reflection, 0));
+  }
+  return kinds.refraction ? store(i.refraction, tracer.capacity()) : Status::Ok();
 }
 
 Status DeviceStore::StoreLight(VkCommandBuffer commands, const GpuTracer& tracer,
                                const GpuBatch& batch) {
   const gpu::FrameImages& i = target_->images();
-  std::vector<const gpu::Image*> images(i.lights.begin(), i.lights.end());
-  Shader shader = kStoreLight;
-  if (IsSparse(settings_)) {
-    shader = kStoreListed;
-    images.push_back(i.samples);
-  } else if (settings_.spp > 1) {
-    shader = kStoreMoments;
-    images.insert(images.end(), i.second_moments.begin(), i.second_moments.end());
+  for (uint32_t first = 0; first < target_->lights().size(); first += kSignalPair) {
+    std::vector<const gpu::Image*> images = {i.lights[first], i.lights[first + 1]};
+    Shader shader = kStoreLight;
+    if (IsSparse(settings_)) {
+      shader = kStoreListed;
+      images.push_back(i.samples);
+    } else if (settings_.spp > 1) {
+      shader = kStoreMoments;
+      images.push_back(i.second_moments[first]);
+      images.push_back(i.second_moments[first + 1]);
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        Run(commands, shader, std::move(images),
+            {.buffers = {&tracer.device_sums(), &tracer.device_listed()}, .first_signal = first},
+            batch));
   }
-  return Run(commands, shader, std::move(images), {&tracer.device_sums(), &tracer.device_listed()},
-             batch);
+  return Status::Ok();
 }
 
 Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer,
@@ -217,12 +257,7 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer,
   if (stored.guides && (batch.listed == 0 || HasSparseGuides(settings_))) {
     STILLRAY_RETURN_IF_ERROR(StoreGuides(commands, *tracer, instances, batch));
   }
-  if (stored.images) {
-    const gpu::VirtualImages& v = target_->images().reflection;
-    STILLRAY_RETURN_IF_ERROR(Run(commands, kStoreVirtualGuides,
-                                 {v.depth, v.normal, v.albedo, v.motion, v.id},
-                                 {&tracer->device_images(), &tracer->device_listed()}, batch));
-  }
+  STILLRAY_RETURN_IF_ERROR(StoreImages(commands, *tracer, batch, stored.images));
   if (stored.sums) {
     STILLRAY_RETURN_IF_ERROR(StoreLight(commands, *tracer, batch));
   }

@@ -23,8 +23,9 @@ class DeviceStore {
   /// Chooses images for `frame`: its own, if suitable and not referenced elsewhere, or new ones.
   /// Its planes on the host become empty. If there is no memory for images, or the device does not
   /// support the size, the frame has none, and active() is false.
-  /// \param previous_normals, virtual_guides  the frame has them
-  Status Begin(const RenderSettings& settings, bool previous_normals, bool virtual_guides,
+  /// \param previous_normals  the frame has them
+  /// \param images            its virtual guides
+  Status Begin(const RenderSettings& settings, bool previous_normals, const ImageKinds& images,
                const RenderMoment& moment, Frame* frame);
   /// Whether a frame has begun that stays on the device.
   bool active() const { return target_ != nullptr; }
@@ -46,6 +47,7 @@ class DeviceStore {
     kStoreGuides,
     kStoreColours,
     kStorePreviousNormals,
+    kStoreTransmission,
     kStoreVirtualGuides,
     kShaderCount
   };
@@ -54,9 +56,17 @@ class DeviceStore {
   void RecordBegin(VkCommandBuffer commands);
   Status StoreGuides(VkCommandBuffer commands, const GpuTracer& tracer,
                      const gpu::Buffer& instances, const GpuBatch& batch);
+  Status StoreImages(VkCommandBuffer commands, const GpuTracer& tracer, const GpuBatch& batch,
+                     const ImageKinds& kinds);
   Status StoreLight(VkCommandBuffer commands, const GpuTracer& tracer, const GpuBatch& batch);
+  /// What a shader reads of the results.
+  struct Source {
+    std::initializer_list<const gpu::Buffer*> buffers;
+    uint32_t first_signal = 0;
+    uint32_t first_image = 0;
+  };
   Status Run(VkCommandBuffer commands, Shader shader, std::vector<const gpu::Image*> images,
-             std::initializer_list<const gpu::Buffer*> buffers, const GpuBatch& batch);
+             const Source& source, const GpuBatch& batch);
 
   std::shared_ptr<gpu::Device> device_;
   gpu::DescriptorSets sets_;

@@ -14,6 +14,7 @@
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
 #include "render/vulkan/previous_surface.glsl"
+#include "render/virtual_image_shared.h"
 
 // The cameras of the pixel's ray, now and one frame ago. They are made again where they are needed:
 // in ray generation shaders all that lives while a ray is traced is stored.
@@ -49,19 +50,33 @@ void SetMotion(vec2 motion, inout GpuGuides sum) {
   sum.motion_y = motion.y;
 }
 
-// Adds a surface with its fraction of the pixel; `heaviest`: it is the largest so far.
-void AddLayer(uvec2 pixel, CameraLayer layer, vec3 direction, bool heaviest, inout GpuGuides sum) {
+// Adds the albedos of a layer. \param first  it is the first one
+void AddAlbedos(Bsdf bsdf, SpecularAlbedo specular, float weight, bool first, inout GpuGuides sum) {
+  bool separates = frame.signal_count > kSurfaceSignals;
+  if (separates && !first) {
+    sum.transmission_albedo += vec3(weight);
+    return;
+  }
+  bool glass = separates && weight >= 1.0f && IsSmoothGlass(bsdf);
+  sum.albedo += DiffuseAlbedo(bsdf) * weight;
+  sum.specular_albedo += (glass ? specular.reflected : SumOf(specular)) * weight;
+  sum.transmission_albedo += glass ? specular.transmitted * weight : vec3(0.0f);
+}
+
+// Adds a surface with its fraction of the pixel.
+// \param first  it is the first one; \param shown  other guides are those of this one so far
+void AddLayer(uvec2 pixel, CameraLayer layer, vec3 direction, bool first, bool shown,
+              inout GpuGuides sum) {
   GpuInstance instance = instances[layer.hit.instance];
   GpuMaterial material = materials[instance.material];
   Surface surface = MakeSurface(material, instance, layer.hit, layer.base_colour, direction);
-  vec3 specular_albedo;
-  Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
-  sum.albedo += DiffuseAlbedo(bsdf) * layer.weight;
-  sum.specular_albedo += specular_albedo * layer.weight;
+  SpecularAlbedo specular;
+  Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular);
+  AddAlbedos(bsdf, specular, layer.weight, first, sum);
   if (surface.at.front != 0 || material.double_sided != 0u) {
     sum.emission += EmissionOf(material, instance, layer.hit) * layer.weight;
   }
-  if (heaviest) {
+  if (shown) {
     sum.depth = dot(surface.at.position - frame.view.position, frame.view.forward);
     sum.normal = surface.at.frame.z;
     SetMotion(SurfaceMotion(ViewsOf(pixel), instance, layer.hit, surface.at.position), sum);
@@ -78,16 +93,17 @@ uint FindGuides(uint number, uvec2 pixel) {
   PixelViews views = ViewsOf(pixel);
   vec3 direction = DirectionOf(views.now, vec2(pixel) + frame.point);
   GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
-                            0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f);
+                            0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f);
   SetMotion(MotionBetween(views, direction, direction), sum);
   GpuHit first = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
   CameraWalk walk = StartPixel(pixel, views.now.position, direction);
   CameraLayer layer;
   float largest = 0.0f;
   while (NextLayer(walk, layer)) {
-    bool heaviest = walk.layers == 1 || layer.weight > largest;
-    largest = heaviest ? layer.weight : largest;
-    AddLayer(pixel, layer, direction, heaviest, sum);
+    bool is_first = walk.layers == 1;
+    bool shown = is_first || (frame.signal_count <= kSurfaceSignals && layer.weight > largest);
+    largest = shown ? layer.weight : largest;
+    AddLayer(pixel, layer, direction, is_first, shown, sum);
     first = layer.hit;
   }
   if (walk.layers > 1) {

@@ -5,8 +5,8 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// Virtual guides of each pixel of the batch: what its smooth surface reflects, or shows by
-// refraction, as on the CPU (FindVirtualImages). Needs the results of find_guides.comp. Threads of
+// Virtual guides of each pixel of the batch: what its smooth surface reflects, and what is seen
+// through it, as on the CPU (FindVirtualImages). Needs the results of find_guides.comp. Threads of
 // other pixels end at once.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
@@ -28,27 +28,32 @@ ChainVertex ChainVertexAt(int i) {
 }
 #include "render/chain_search_shared.h"
 
+// How a chain begins.
+const int kReflected = 0;    // by the visible surface
+const int kTransmitted = 1;  // likewise
+const int kBehind = 2;       // at a surface behind an alpha-blended one, where it ends too
+
 struct Chain {
   vec3 origin;  // of its next ray
   vec3 direction;
   float distance;   // so far
   vec3 throughput;  // colour of the surfaces behind the first one
   int ray_count;    // 0: before the visible surface
-  bool seeks_light;
-  float reflectance;  // of the glass, then
+  int begin;        // kReflected, ...
+  // Of reflections, for ReflectsVisibly:
+  float reflectance;  // SolidReflectance of the visible surface
+  float light;        // luminance of the light or sky that is seen by a single reflection
 };
 
-Chain StartChain(vec3 direction) {
+Chain StartChain(vec3 direction, int begin) {
   chain_count = 0;
-  return Chain(frame.view.position, direction, 0.0f, vec3(1.0f), 0, false, 1.0f);
+  return Chain(frame.view.position, direction, 0.0f, vec3(1.0f), 0, begin, 0.0f, 0.0f);
 }
 
 // Results of Meet.
 const int kNoImage = 0;
 const int kImage = 1;
 const int kOnward = 2;
-// Onward from visible glass, which may also reflect a light.
-const int kThroughGlass = 3;
 
 ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float eta) {
   uvec3 corner = CornersOf(instance, hit.primitive);
@@ -93,23 +98,35 @@ bool Continue(GpuInstance instance, GpuHit hit, ShadingPoint at, Leaving leaving
   return true;
 }
 
-// Whether glass visibly reflects light of this radiance.
-bool IsVisible(Chain chain, vec3 radiance) {
-  return chain.reflectance * ChainLuminance(radiance) > kVisibleLight * environment.mean_luminance;
+// Stores the luminance of a light at the end of the chain.
+void MeetLight(vec3 radiance, inout Chain chain) {
+  chain.light = chain_count == 1 ? ChainLuminance(radiance) : 0.0f;
 }
 
 // The chain leaves the scene.
-int MeetSky(Chain chain, inout GpuImage image, inout ChainEnd end) {
+void MeetSky(inout Chain chain, inout GpuImage image, inout ChainEnd end) {
   vec3 radiance = EnvironmentRadiance(chain.direction);
-  if (chain.seeks_light && !IsVisible(chain, radiance)) {
-    return kNoImage;
-  }
   image.depth = kInfinity;
   image.normal = vec3(0.0f);
   image.albedo = chain.throughput * max(radiance, vec3(kLeastRadiance));
   image.id = 0u;
   end = ChainEnd(chain.direction, 1);
-  return kImage;
+  MeetLight(radiance, chain);
+}
+
+vec3 WholeAlbedo(Bsdf bsdf, SpecularAlbedo specular) {
+  return min(DiffuseAlbedo(bsdf) + SumOf(specular), vec3(1.0f));
+}
+
+// The chain meets the visible surface.
+int MeetFirst(GpuInstance instance, GpuHit hit, Surface surface, Bsdf bsdf, inout Chain chain) {
+  Leaving leaving = FirstReflection(bsdf);
+  if (chain.begin == kTransmitted) {
+    leaving = LeavingThrough(bsdf, surface.at);
+  } else if (frame.signal_count > kSurfaceSignals) {
+    chain.reflectance = SolidReflectance(bsdf, surface.at);
+  }
+  return Continue(instance, hit, surface.at, leaving, chain) ? kOnward : kNoImage;
 }
 
 // The chain meets a surface, the visible one first.
@@ -121,40 +138,31 @@ int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, ino
   Surface surface = MakeSurface(material, instance, hit, colour.rgb, chain.direction);
   chain.distance += length(surface.at.position - chain.origin);
   bool first = chain.ray_count == 0;
+  bool ends = chain.begin == kBehind;
   if (!first && OpacityOf(material, colour.a) < kChainOpacity) {
     return Continue(instance, hit, surface.at, LeavingBy(kChainGoesOn), chain) ? kOnward : kNoImage;
   }
-  bool emits = Emits(material);
-  vec3 emission = EmissionOf(material, instance, hit);
-  if (!first && chain.seeks_light && !(emits && IsVisible(chain, emission))) {
-    return kNoImage;
+  SpecularAlbedo specular;
+  Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular);
+  if (first && !ends) {
+    return MeetFirst(instance, hit, surface, bsdf, chain);
   }
-  vec3 specular_albedo;
-  Bsdf bsdf = MakeSurfaceBsdf(material, surface, 0.0f, specular_albedo);
-  Leaving leaving =
-      LeavingOf(bsdf, surface.at, first ? vec3(1.0f) : specular_albedo, first ? 1 : 0);
-  bool through = first && (leaving.way == kChainRefracts || leaving.way == kChainGoesOn);
-  if (through) {
-    chain.reflectance = leaving.reflectance;
-  }
-  if (first && chain.seeks_light) {
-    leaving = LeavingBy(kChainReflects);
-  }
+  Leaving leaving = LeavingOf(bsdf, surface.at, SumOf(specular));
   vec3 throughput = chain.throughput;
-  if (!first) {
-    chain.throughput *= leaving.way == kChainReflects ? specular_albedo : bsdf.tint;
+  chain.throughput *= leaving.way == kChainReflects ? SumOf(specular) : bsdf.tint;
+  if (!ends && Continue(instance, hit, surface.at, leaving, chain)) {
+    return kOnward;
   }
-  bool onward = Continue(instance, hit, surface.at, leaving, chain);
-  if (first || onward) {
-    return through ? kThroughGlass : (onward ? kOnward : kNoImage);
-  }
+  // The emission of surfaces that the camera's ray meets is not part of the signals.
+  bool emits = Emits(material) && !ends;
+  vec3 emission = emits ? EmissionOf(material, instance, hit) : vec3(0.0f);
   image.depth = chain.distance * forward;
   image.normal = surface.at.frame.z;
-  vec3 own = emits ? max(emission, vec3(kLeastRadiance))
-                   : min(DiffuseAlbedo(bsdf) + specular_albedo, vec3(1.0f));
+  vec3 own = emits ? max(emission, vec3(kLeastRadiance)) : WholeAlbedo(bsdf, specular);
   image.albedo = own * throughput;
   image.id = hit.instance + 1u;
   end = ChainEnd(PreviousPoint(instance, hit, surface.at.position), 0);
+  MeetLight(emission, chain);
   return kImage;
 }
 
@@ -168,38 +176,85 @@ void SetMotion(ChainEnd end, vec3 direction, inout GpuImage image) {
   image.motion_y = motion.y;
 }
 
-// \param first   the hit of the pixel's only surface
-// \param traced  [out] number of rays
-GpuImage FindImage(uvec2 pixel, GpuHit first, out uint traced) {
-  GpuImage image = GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0u, 0.0f, 0.0f, 0u, 0u);
-  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+const GpuImage kNothing = GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0u, 0.0f, 0.0f, 0u, 0u);
+
+// Follows a chain from its start.
+// \param hit     of the pixel's only surface
+// \param traced  number of rays, added to
+GpuImage FollowChain(GpuHit hit, inout Chain chain, inout uint traced) {
+  GpuImage image = kNothing;
+  vec3 direction = chain.direction;
   float forward = dot(direction, frame.view.forward);
-  traced = 0u;
-  bool through_glass = false;
-  // Then, from glass, a second chain looks for a light that it reflects.
-  for (int i = 0; i < 2 && (i == 0 || through_glass); ++i) {
-    Chain chain = StartChain(direction);
-    chain.seeks_light = i == 1;
-    ChainEnd end = ChainEnd(vec3(0.0f), 0);
-    GpuHit hit = first;
-    int met = kOnward;
-    while (met == kOnward) {
-      met = hit.instance == kNoInstance ? MeetSky(chain, image, end)
-                                        : Meet(hit, forward, chain, image, end);
-      if (met == kThroughGlass) {
-        through_glass = true;
-        met = chain.ray_count > 0 ? kOnward : kNoImage;
-      }
-      if (met == kOnward) {
-        hit = FindFirstHit(GpuRay(chain.origin, kInfinity, chain.direction, 0u));
-        ++traced;
-      }
+  ChainEnd end = ChainEnd(vec3(0.0f), 0);
+  int met = kOnward;
+  while (met == kOnward) {
+    if (hit.instance == kNoInstance) {
+      MeetSky(chain, image, end);
+      met = kImage;
+    } else {
+      met = Meet(hit, forward, chain, image, end);
     }
-    if (met == kImage) {
-      SetMotion(end, direction, image);
+    if (met == kOnward) {
+      hit = FindFirstHit(GpuRay(chain.origin, kInfinity, chain.direction, 0u));
+      ++traced;
     }
   }
+  if (met == kImage) {
+    SetMotion(end, direction, image);
+  }
   return image;
+}
+
+// The heaviest of the layers behind the first one. Its rays repeat the camera's, and are not
+// counted again.
+GpuHit HitBehind(uvec2 pixel, vec3 direction) {
+  CameraWalk walk = StartPixel(pixel, frame.view.position, direction);
+  CameraLayer layer;
+  GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
+  float heaviest = 0.0f;
+  while (NextLayer(walk, layer)) {
+    if (walk.layers > 1 && layer.weight > heaviest) {
+      heaviest = layer.weight;
+      hit = layer.hit;
+    }
+  }
+  return hit;
+}
+
+// Returns the number of rays traced.
+uint FindImages(uint number, uvec2 pixel) {
+  vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
+  GpuHit first = first_hits[number];
+  bool layered = first.instance == kSeveralLayers;
+  if (first.instance == kLayerBeforeSky) {
+    first.instance = guides[number].id - 1u;
+  }
+  bool single = !layered && first.instance != kNoInstance;
+  bool separates = SeparatesTransmission(guides[number]);
+  uint traced = 0u;
+  GpuImage reflection = kNothing;
+  bool reflects_light = false;
+  int kinds = frame.signal_count > kSurfaceSignals ? 2 : 1;
+  for (int kind = 0; kind < kinds; ++kind) {
+    bool mirrored = kind == 0;
+    GpuImage image = !mirrored && reflects_light ? reflection : kNothing;
+    bool follows = mirrored ? single && frame.shows_reflection != 0
+                            : layered || (single && separates && !reflects_light);
+    if (follows) {
+      Chain chain =
+          StartChain(direction, mirrored ? kReflected : (layered ? kBehind : kTransmitted));
+      GpuHit hit = first;
+      if (!mirrored && layered) {
+        hit = HitBehind(pixel, direction);
+      }
+      image = FollowChain(hit, chain, traced);
+      reflects_light = separates && single &&
+                       ReflectsVisibly(chain.reflectance, chain.light, environment.mean_luminance);
+    }
+    images[mirrored ? number : FirstRefraction() + number] = image;
+    reflection = image;
+  }
+  return traced;
 }
 
 void main() {
@@ -208,14 +263,7 @@ void main() {
   if (number < batch.count) {
     uvec2 pixel = PixelOf(number);
     if (IsInPicture(pixel)) {
-      GpuHit first = first_hits[number];
-      if (first.instance == kLayerBeforeSky) {
-        first.instance = guides[number].id - 1u;
-      }
-      images[number] = GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0u, 0.0f, 0.0f, 0u, 0u);
-      if (first.instance != kNoInstance && first.instance != kSeveralLayers) {
-        images[number] = FindImage(pixel, first, traced);
-      }
+      traced = FindImages(number, pixel);
     }
   }
   CountImageRays(traced);

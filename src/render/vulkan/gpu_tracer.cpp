@@ -54,8 +54,8 @@ ShaderCode CodeOf(size_t shader) {
 
 /// The largest of the per-pixel structures.
 constexpr size_t kLargestRecord =
-    std::max({sizeof(PathState), sizeof(GpuGuides), sizeof(GpuPixelLight), sizeof(GpuShadow),
-              sizeof(LensGuides)});
+    std::max({sizeof(PathState), sizeof(GpuGuides), kAllSignals * sizeof(GpuSignal),
+              sizeof(GpuShadow), sizeof(LensGuides), 2 * sizeof(GpuImage)});
 
 constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue);
 
@@ -90,7 +90,8 @@ Status GpuTracer::CheckLimits() const {
 Status GpuTracer::AddBuffers() {
   const size_t n = capacity_;
   const size_t n_lens = parts_.lens ? n : 1;
-  const size_t n_images = parts_.images ? n : 1;
+  const size_t n_images = !parts_.images ? 2 : parts_.separates ? 2 * n : n;
+  const size_t n_signals = n * (parts_.separates ? kAllSignals : kSurfaceSignals);
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   const VkBufferUsageFlags queue_usage =
       kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
@@ -110,8 +111,8 @@ Status GpuTracer::AddBuffers() {
       {kQueues, kQueueBytes + sizeof(GpuCounters), queue_usage},
       {kGuides, n * sizeof(GpuGuides), kStorage},
       {kFirstHits, n * sizeof(GpuHit), kStorage},
-      {kLightOfSamples, n * sizeof(GpuPixelLight), kStorage},
-      {kSums, n * sizeof(GpuPixelLight), kStorage},
+      {kLightOfSamples, n_signals * sizeof(GpuSignal), kStorage},
+      {kSums, n_signals * sizeof(GpuSignal), kStorage},
       {kLensSums, n_lens * sizeof(LensGuides), kStorage},
       {kImages, n_images * sizeof(GpuImage), kStorage},
   };
@@ -136,7 +137,7 @@ Status GpuTracer::AddBuffers() {
   STILLRAY_RETURN_IF_ERROR(
       add_host(n_images * sizeof(GpuImage), 0, gpu::BufferPlace::kDownload, &host_images_));
   STILLRAY_RETURN_IF_ERROR(
-      add_host(n * sizeof(GpuPixelLight), 0, gpu::BufferPlace::kDownload, &host_sums_));
+      add_host(n_signals * sizeof(GpuSignal), 0, gpu::BufferPlace::kDownload, &host_sums_));
   STILLRAY_RETURN_IF_ERROR(
       add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
   buffers_[kListed] = listed_;
@@ -311,18 +312,20 @@ Status GpuTracer::RecordImages(VkCommandBuffer commands, const GpuBatch& batch) 
   return Status::Ok();
 }
 
-Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
-                               bool reference) {
+/// The paths of GpuBatch::part.
+Status GpuTracer::RecordPart(VkCommandBuffer commands, GpuBatch batch,
+                             const SampleOptions& options) {
   Mark(commands, kTimeGuides);
   batch.phase = kPhaseReset;
   STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
   Wait(commands);
-  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, reference ? kStartReference : kStartPaths, batch));
+  STILLRAY_RETURN_IF_ERROR(
+      Dispatch(commands, options.reference ? kStartReference : kStartPaths, batch));
   Wait(commands);
   batch.phase = kPhaseStart;
   STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
   Wait(commands);
-  for (int step = 0; step < steps; ++step) {
+  for (int step = 0; step < options.steps; ++step) {
     batch.phase = static_cast<uint32_t>(step % 2);
     Mark(commands, kTimeShade);
     STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kShade, batch, kQueueActive + batch.phase));
@@ -333,7 +336,7 @@ Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int ste
     STILLRAY_RETURN_IF_ERROR(
         DispatchQueue(commands, kTraceShadows, batch, kQueueShadow + batch.phase));
     Mark(commands, kTimeBounces);
-    if (step + 1 < steps) {
+    if (step + 1 < options.steps) {
       STILLRAY_RETURN_IF_ERROR(
           DispatchQueue(commands, kTraceNext, batch, kQueueActive + 1 - batch.phase));
       if (accel_->scene().with_media()) {
@@ -344,9 +347,20 @@ Status GpuTracer::RecordSample(VkCommandBuffer commands, GpuBatch batch, int ste
     }
     Wait(commands);
   }
+  return Status::Ok();
+}
+
+Status GpuTracer::RecordSample(VkCommandBuffer commands, const GpuBatch& batch,
+                               const SampleOptions& options) {
+  GpuBatch of_part = batch;
+  const uint32_t parts = options.separates ? 2 : 1;
+  for (of_part.part = 0; of_part.part < parts; ++of_part.part) {
+    STILLRAY_RETURN_IF_ERROR(RecordPart(commands, of_part, options));
+  }
   Mark(commands, kTimeShade);
-  batch.phase = first ? kPhaseFirstSample : kPhaseNextSample;
-  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, reference ? kAddReference : kAddSamples, batch));
+  of_part.phase = options.first ? kPhaseFirstSample : kPhaseNextSample;
+  STILLRAY_RETURN_IF_ERROR(
+      Dispatch(commands, options.reference ? kAddReference : kAddSamples, of_part));
   Wait(commands);
   return Status::Ok();
 }
@@ -359,21 +373,25 @@ void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const
   }
   gpu::MemoryBarrier(c, commands, c.shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
                      VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
-  const auto copy = [&](const gpu::Buffer* from, size_t offset, const gpu::Buffer* to,
-                        size_t bytes) {
-    const VkBufferCopy region = {offset, 0, bytes};
+  const auto copy = [&](const gpu::Buffer* from, const gpu::Buffer* to,
+                        const VkBufferCopy& region) {
     c.vk.CmdCopyBuffer(commands, from->buffer, to->buffer, 1, &region);
   };
   if (copied.guides) {
-    copy(buffers_[kGuides], 0, host_guides_, batch.count * sizeof(GpuGuides));
+    copy(buffers_[kGuides], host_guides_, {0, 0, batch.count * sizeof(GpuGuides)});
   }
-  if (copied.images) {
-    copy(buffers_[kImages], 0, host_images_, batch.count * sizeof(GpuImage));
+  const size_t of_images = batch.count * sizeof(GpuImage);
+  const size_t refractions = capacity_ * sizeof(GpuImage);
+  if (copied.images.reflection) {
+    copy(buffers_[kImages], host_images_, {0, 0, of_images});
+  }
+  if (copied.images.refraction) {
+    copy(buffers_[kImages], host_images_, {refractions, refractions, of_images});
   }
   if (copied.sums) {
-    copy(buffers_[kSums], 0, host_sums_, batch.count * sizeof(GpuPixelLight));
+    copy(buffers_[kSums], host_sums_, {0, 0, batch.count * copied.signals * sizeof(GpuSignal)});
   }
-  copy(buffers_[kQueues], kQueueBytes, host_counters_, sizeof(GpuCounters));
+  copy(buffers_[kQueues], host_counters_, {kQueueBytes, 0, sizeof(GpuCounters)});
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
                      VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
 }

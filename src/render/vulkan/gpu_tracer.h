@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "gpu/timestamps.h"
+#include "render/virtual_image.h"
 #include "render/vulkan/gpu_accel.h"
 #include "render/vulkan/gpu_lights.h"
 #include "render/vulkan/trace_shared.h"
@@ -34,12 +35,13 @@ inline constexpr const char* kTimeStore = "trace: storing";
 
 /// What frames may have beside the light and the guides of their surfaces.
 struct TracerParts {
-  bool lens = false;    ///< a lens, whose samples have guides of their own
-  bool images = false;  ///< virtual guides
+  bool lens = false;       ///< a lens, whose samples have guides of their own
+  bool images = false;     ///< virtual guides
+  bool separates = false;  ///< transmitted light is separate, and has virtual guides
 
   friend bool operator==(const TracerParts&, const TracerParts&) = default;
   bool Include(const TracerParts& others) const {
-    return (lens || !others.lens) && (images || !others.images);
+    return (lens || !others.lens) && (images || !others.images) && (separates || !others.separates);
   }
 };
 
@@ -71,18 +73,24 @@ class GpuTracer {
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
   /// Virtual guides of the batch, after its guides. Only if parts() have them, and without a lens.
   Status RecordImages(VkCommandBuffer commands, const GpuBatch& batch);
-  /// One sample of the batch, whose guides are known (except for `reference`, which needs none).
-  /// \param steps  maximum number for a path (MostSteps)
-  /// \param first  starts new sums with this sample
-  Status RecordSample(VkCommandBuffer commands, GpuBatch batch, int steps, bool first,
-                      bool reference);
+  /// How RecordSample traces.
+  struct SampleOptions {
+    int steps = 0;           ///< maximum number for a path (MostSteps)
+    bool first = false;      ///< starts new sums with this sample
+    bool reference = false;  ///< needs no guides
+    bool separates = false;  ///< GpuFrame::signal_count is kAllSignals
+  };
+  /// One sample of the batch, whose guides are known.
+  Status RecordSample(VkCommandBuffer commands, const GpuBatch& batch,
+                      const SampleOptions& options);
   /// Begins a timed part of the submission.
   void Mark(VkCommandBuffer commands, const char* name);
   /// Results of a batch.
   struct Results {
     bool guides = false;
-    bool images = false;
+    ImageKinds images;
     bool sums = false;
+    uint32_t signals = kSurfaceSignals;  ///< GpuFrame::signal_count
   };
   /// Copies results and the counters of the submission to the host; ends it.
   void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const Results& copied);
@@ -90,10 +98,9 @@ class GpuTracer {
   /// Of the last submission, after it has finished and Invalidate was called.
   Status Invalidate() const { return arena_.Invalidate(); }
   const GpuGuides* guides() const { return static_cast<const GpuGuides*>(host_guides_->mapped); }
-  const GpuImage* images() const { return static_cast<const GpuImage*>(host_images_->mapped); }
-  const GpuPixelLight* sums() const {
-    return static_cast<const GpuPixelLight*>(host_sums_->mapped);
-  }
+  const GpuImage* reflections() const { return static_cast<const GpuImage*>(host_images_->mapped); }
+  const GpuImage* refractions() const { return reflections() + capacity_; }
+  const GpuSignal* sums() const { return static_cast<const GpuSignal*>(host_sums_->mapped); }
   const GpuCounters& counters() const {
     return *static_cast<const GpuCounters*>(host_counters_->mapped);
   }
@@ -158,6 +165,7 @@ class GpuTracer {
   Result<std::vector<VkDescriptorSetLayout>> Layouts();
   Status MakeHardwarePipelines();
   void BindHardware(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) const;
+  Status RecordPart(VkCommandBuffer commands, GpuBatch batch, const SampleOptions& options);
   Status Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,

@@ -20,7 +20,7 @@ void Leave(uint number, PathState path, vec3 direction) {
   vec3 radiance =
       EnvironmentRadiance(direction) * ScatterWeight(path.density, density, frame.light_sampling);
   FoundLight found = LightMet(path, radiance);
-  AddFound(number, path.direct != 0, found.diffuse, found.specular);
+  AddFound(number, path.light, found.diffuse, found.specular);
 }
 
 float DensityOfHit(PathState path, GpuHit hit, vec3 direction, float distance) {
@@ -43,7 +43,7 @@ void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance in
   vec3 radiance = EmissionOf(material, instance, hit) *
                   ScatterWeight(path.density, density, frame.light_sampling);
   FoundLight found = LightMet(path, radiance);
-  AddFound(number, path.direct != 0, found.diffuse, found.specular);
+  AddFound(number, path.light, found.diffuse, found.specular);
 }
 
 // The emitted radiance at a point of an area light.
@@ -73,13 +73,13 @@ float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec4 u,
   if (light.area >= 0) {
     light.radiance = RadianceOfArea(light);
   }
-  BsdfValue value = EvaluateBsdf(bsdf, at.local_wo, wi);
+  BsdfValue value = EvaluateBsdf(bsdf, at.local_wo, wi, PartOfBsdf(path));
   float weight = SoughtWeight(light.density, value.density, light.delta, frame.light_sampling);
   FoundLight found = LightSought(path, at, light, value, wi.z, weight);
   seeks = found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f);
   PathRay ray = ShadowRayTo(at, light, wi.z > 0.0f);
-  shadow = GpuShadow(ray.origin, ray.end, ray.direction, number, found.diffuse, path.first,
-                     found.specular, 0u);
+  shadow = GpuShadow(ray.origin, ray.end, ray.direction, number, found.diffuse,
+                     LightSoughtBy(path, wi.z), found.specular, 0u);
   return total;
 }
 
@@ -168,9 +168,9 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   if (at_end) {
     return false;
   }
-  vec3 specular_albedo;
-  Bsdf bsdf = MakeSurfaceBsdf(material, surface, frame.regularise != 0 ? LeastAlpha(path) : 0.0f,
-                              specular_albedo);
+  SpecularAlbedo specular;
+  Bsdf bsdf =
+      MakeSurfaceBsdf(material, surface, frame.regularise != 0 ? LeastAlpha(path) : 0.0f, specular);
   return ScatterAt(number, path, surface.at, bsdf, direction, u, seeks, shadow);
 }
 

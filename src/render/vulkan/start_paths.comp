@@ -3,8 +3,9 @@
 #version 450
 
 // Starts the paths of one sample of the batch at the visible surface: the single one that
-// find_guides.comp kept, or a randomly chosen one of several. With STILLRAY_REFERENCE none was
-// kept: each sample traces its own camera ray, and light emitted there is added to the guides.
+// find_guides.comp kept, or a randomly chosen one of several; where transmitted light is separate,
+// in two parts. With STILLRAY_REFERENCE no surface was kept: each sample traces its own camera ray,
+// and light emitted there is added to the guides.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/traversal.glsl"
 #include "render/vulkan/camera.glsl"
@@ -31,14 +32,23 @@ vec3 EmissionTowardsViewer(GpuHit hit, vec3 direction) {
 
 // Selects one of the surfaces that a camera ray passes, in proportion to their weights;
 // kNoInstance: the background. u in [0, 1).
-GpuHit PickLayer(uint number, CameraWalk walk, float u, out uint traced) {
+// \param separates  only the first surface in the first part, only the others in the second one
+// \param weight     [out] of the surfaces to select from
+GpuHit PickLayer(uint number, CameraWalk walk, float u, bool separates, out float weight,
+                 out uint traced) {
   GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
   vec3 emission = vec3(0.0f);
   bool found = false;
   vec3 direction = walk.direction;
+  weight = 1.0f;
   CameraLayer layer;
   while (NextLayer(walk, layer)) {
-    if (!found) {
+    if (separates && walk.layers == 1) {
+      weight = batch.part == 0u ? layer.weight : 1.0f - layer.weight;
+      u *= weight;
+      found = batch.part == 0u;
+      hit = layer.hit;
+    } else if (!found) {
       hit = layer.hit;
       found = u < layer.weight;
       u -= layer.weight;
@@ -63,26 +73,44 @@ GpuHit PickLayer(uint number, CameraWalk walk, float u, out uint traced) {
 bool Start(uint number, uvec2 pixel, out uint traced) {
   traced = 0u;
   uint seed = SeedOf(pixel);
-  GpuSignal none = GpuSignal(vec3(0.0f), 0.0f);
-  sample_lights[number] = GpuPixelLight(GpuSignal[4](none, none, none, none));
+#ifdef STILLRAY_REFERENCE
+  bool separates = false;
+#else
+  bool separates = SeparatesTransmission(guides[number]);
+#endif
+  if (batch.part == 0u) {
+    for (uint k = 0u; k < frame.signal_count; ++k) {
+      sample_lights[FirstSignal(number) + k] = GpuSignal(vec3(0.0f), 0.0f);
+    }
+  } else if (!separates) {
+    return false;
+  }
+  float weight = 1.0f;
   GpuView view = Through(frame.view, LensPointOf(seed));
 #ifdef STILLRAY_REFERENCE
   vec4 u = NumbersOf(seed, kPrimaryDimensions);
   vec2 point = frame.spread_points != 0 ? u.xy : vec2(0.5f);
   vec3 direction = DirectionOf(view, vec2(pixel) + point);
-  GpuHit hit = PickLayer(number, StartWalk(view.position, direction), u.w, traced);
+  GpuHit hit = PickLayer(number, StartWalk(view.position, direction), u.w, false, weight, traced);
 #else
   vec3 direction = DirectionOf(view, vec2(pixel) + frame.point);
   GpuHit hit = first_hits[number];
-  if (hit.instance == kSeveralLayers || hit.instance == kLayerBeforeSky) {
+  bool layered = hit.instance == kSeveralLayers;
+  if (layered || hit.instance == kLayerBeforeSky) {
     hit = PickLayer(number, StartPixel(pixel, view.position, direction),
-                    NumbersOf(seed, kPrimaryDimensions).w, traced);
+                    NumbersOf(seed, kPrimaryDimensions).w, separates, weight, traced);
   }
 #endif
   if (hit.instance == kNoInstance) {
     return false;
   }
-  paths[number] = StartPath(seed);
+  PathState path = StartPath(seed);
+#ifndef STILLRAY_REFERENCE
+  if (separates) {
+    StartPart(path, int(batch.part), layered, weight);
+  }
+#endif
+  paths[number] = path;
   rays[number] = GpuRay(view.position, kInfinity, direction, 0u);
   hits[number] = hit;
   return true;

@@ -17,7 +17,10 @@ layout(std430, set = 0, binding = kListed) readonly buffer Listed {
 
 layout(push_constant) uniform Push {
   GpuBatch batch;
-  float scale;  // 1 / samples
+  float scale;        // 1 / samples
+  uint signal_count;  // as in GpuFrame
+  uint first_signal;  // of those to store
+  uint first_image;   // of the batch's pixels among the virtual guides
 };
 
 #include "render/vulkan/batch.glsl"

@@ -4,10 +4,12 @@
 
 // Writes the guides of a batch into the images of a frame: StoreGuides on the device. Devices need
 // not support more than eight storage images, so there are variants: colours (STILLRAY_COLOURS),
-// previous normals, which only frames of scenes that turn have (STILLRAY_PREVIOUS_NORMALS), and the
-// other images.
+// previous normals, which only frames of scenes that turn have (STILLRAY_PREVIOUS_NORMALS), the
+// albedo of transmitted light (STILLRAY_TRANSMISSION), and the other images.
 #if defined(STILLRAY_COLOURS)
 #define kImages 4
+#elif defined(STILLRAY_TRANSMISSION)
+#define kImages 1
 #elif defined(STILLRAY_PREVIOUS_NORMALS)
 #define kImages 1
 #else
@@ -23,6 +25,8 @@ layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D albedo;
 layout(set = 0, binding = 1, rgba32f) writeonly uniform image2D specular_albedo;
 layout(set = 0, binding = 2, rgba32f) writeonly uniform image2D emission;
 layout(set = 0, binding = 3, rgba32f) writeonly uniform image2D background;
+#elif defined(STILLRAY_TRANSMISSION)
+layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D transmission_albedo;
 #elif defined(STILLRAY_PREVIOUS_NORMALS)
 layout(set = 0, binding = 0, rgba32f) writeonly uniform image2D previous_normal;
 layout(std430, set = 0, binding = kListed + 1) readonly buffer Instances {
@@ -63,6 +67,10 @@ void main() {
     imageStore(specular_albedo, pixel, vec4(guides[number].specular_albedo, 0.0f));
     imageStore(emission, pixel, vec4(guides[number].emission, 0.0f));
     imageStore(background, pixel, vec4(guides[number].background, 0.0f));
+  }
+#elif defined(STILLRAY_TRANSMISSION)
+  if (FindPixel(imageSize(transmission_albedo), pixel)) {
+    imageStore(transmission_albedo, pixel, vec4(guides[number].transmission_albedo, 0.0f));
   }
 #elif defined(STILLRAY_PREVIOUS_NORMALS)
   if (FindPixel(imageSize(previous_normal), pixel)) {

@@ -22,7 +22,7 @@ void main() {
   if (!FindPixel(imageSize(depth), pixel)) {
     return;
   }
-  GpuImage image = images[gl_GlobalInvocationID.x];
+  GpuImage image = images[first_image + gl_GlobalInvocationID.x];
   imageStore(depth, pixel, vec4(image.depth));
   imageStore(normal, pixel, vec4(image.normal, 0.0f));
   imageStore(albedo, pixel, vec4(image.albedo, 0.0f));

@@ -193,7 +193,7 @@ GlassShare ShareOfGlass(GpuMaterial material, Surface surface, float alpha) {
 
 // \param min_alpha  minimum GGX alpha of path-space regularisation
 Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
-                     out vec3 specular_albedo) {
+                     out SpecularAlbedo specular_albedo) {
   BsdfInput inputs;
   inputs.base_colour = surface.base_colour;
   inputs.metallic = surface.metallic;
@@ -235,6 +235,6 @@ Bsdf MakeSurfaceBsdf(GpuMaterial material, Surface surface, float min_alpha,
                               : CoverTransmittance(layers, shares);
     AddLayers(bsdf, layers, alphas, shares, share, glass_covered);
   }
-  specular_albedo = SpecularAlbedo(bsdf, share, of_glass);
+  specular_albedo = MakeSpecularAlbedo(bsdf, share, of_glass);
   return bsdf;
 }

@@ -36,10 +36,10 @@ layout(std430, set = 2, binding = 8) buffer FirstHits {
   GpuHit first_hits[];
 };
 layout(std430, set = 2, binding = 9) buffer LightOfSamples {
-  GpuPixelLight sample_lights[];
+  GpuSignal sample_lights[];
 };
 layout(std430, set = 2, binding = 10) buffer Sums {
-  GpuPixelLight sums[];
+  GpuSignal sums[];
 };
 // Positions of listed pixels: x in the lower half, y in the upper.
 layout(std430, set = 2, binding = 11) readonly buffer Listed {
@@ -54,7 +54,8 @@ layout(std430, set = 2, binding = 13) buffer LensSums {
   LensGuides lens_sums[];
 };
 
-// Only with virtual guides.
+// Only with virtual guides: reflections of all pixels, then, if transmitted light is separate,
+// refractions.
 layout(std430, set = 2, binding = 14) buffer Images {
   GpuImage images[];
 };
@@ -67,6 +68,16 @@ layout(push_constant) uniform Push {
 
 bool IsInPicture(uvec2 pixel) {
   return pixel.x < frame.width && pixel.y < frame.height;
+}
+
+// The first of the refractions in images.
+uint FirstRefraction() {
+  return uint(images.length() / 2);
+}
+
+// The first signal of a pixel in sample_lights and sums.
+uint FirstSignal(uint number) {
+  return number * frame.signal_count;
 }
 
 uint SeedOf(uvec2 pixel) {

@@ -16,8 +16,7 @@ void main() {
     GpuShadow shadow = shadows[place];
     vec3 through = FindTransmittance(GpuRay(shadow.origin, shadow.end, shadow.direction, 0u));
     if (through != vec3(0.0f)) {
-      AddFound(shadow.pixel, shadow.direct != 0, shadow.diffuse * through,
-               shadow.specular * through);
+      AddFound(shadow.pixel, shadow.light, shadow.diffuse * through, shadow.specular * through);
     }
   }
 }

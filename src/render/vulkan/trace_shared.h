@@ -33,7 +33,9 @@ struct GpuFrame {
   uint lens_mask;      // offset of the mask's sums in the words
   int light_sampling;  // kSample...
   float clamp_radiance;
-  uint unused_0;
+  uint signal_count;  // per pixel: kSurfaceSignals, or kAllSignals if transmitted light is separate
+  int shows_reflection;  // 1: reflections have virtual guides
+  int unused_0, unused_1, unused_2;
 };
 
 // Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend
@@ -48,6 +50,7 @@ struct GpuBatch {
   uint window_low;    // of PixelSeed
   uint window_high;
   uint phase;  // kPhase...
+  uint part;   // of the paths, see StartPart
 };
 
 const uint kBlockSize = 8u;
@@ -82,7 +85,14 @@ struct GpuGuides {
   float motion_y;
   vec3 previous_normal;  // where an instance has changed its shape
   float unused_0;
+  vec3 transmission_albedo;
+  float unused_1;
 };
+
+// PixelGuides::separates_transmission
+SHARED_FN bool SeparatesTransmission(SHARED_IN(GpuGuides) guides) {
+  return guides.transmission_albedo != vec3(0.0f);
+}
 
 // VirtualImage.
 struct GpuImage {
@@ -95,15 +105,11 @@ struct GpuImage {
   uint unused_0, unused_1;
 };
 
-// A signal of a pixel: light, and in sums of samples the sum of the squared luminances.
+// A signal of a pixel: light, and in sums of samples the sum of the squared luminances. Pixels have
+// GpuFrame::signal_count of them each, by SignalKind.
 struct GpuSignal {
   vec3 light;
   float square;
-};
-
-// By SignalKind.
-struct GpuPixelLight {
-  GpuSignal signals[4];
 };
 
 // Light that is added if its shadow ray is unoccluded.
@@ -113,7 +119,7 @@ struct GpuShadow {
   vec3 direction;
   uint pixel;  // of the batch
   vec3 diffuse;
-  int direct;
+  int light;  // kLight...
   vec3 specular;
   uint unused_0;
 };
@@ -161,12 +167,12 @@ STILLRAY_RENDER_END
 
 #ifdef __cplusplus
 namespace stillray::render {
-static_assert(sizeof(GpuFrame) == 240);
+static_assert(sizeof(GpuFrame) == 256);
 static_assert(sizeof(LensGuides) == 112);
 static_assert(sizeof(PathState) == 128);
-static_assert(sizeof(GpuGuides) == 96);
+static_assert(sizeof(GpuGuides) == 112);
 static_assert(sizeof(GpuImage) == 48);
-static_assert(sizeof(GpuPixelLight) == 64);
+static_assert(sizeof(GpuSignal) == 16);
 static_assert(sizeof(GpuShadow) == 64);
 static_assert(sizeof(GpuQueue) == 32);
 static_assert(sizeof(GpuBatch) <= 128);

@@ -38,7 +38,7 @@ GpuView MakeGpuView(const CameraView& view) {
 /// The outputs of a batch.
 struct BatchPlan {
   bool guides = false;
-  bool images = false;  // virtual guides
+  ImageKinds images;  // virtual guides
   bool reference = false;
   uint64_t first_sample = 0;
   int samples = 0;
@@ -54,7 +54,7 @@ class VulkanRenderer final : public Renderer {
         submission_ms_(options.submission_ms),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
-        may_show_images_(MayShowImages(scene)),
+        images_(ImagesOfScene(scene)),
         state_(scene),
         lights_(state_),
         device_store_(device_),
@@ -80,12 +80,9 @@ class VulkanRenderer final : public Renderer {
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   TracerParts PartsFor(const RenderSettings& settings) const;
-  bool MayShowImagesWith(const RenderSettings& settings) const {
-    return may_show_images_ && WantsImages(settings);
-  }
-  /// Virtual guides, of the cameras of SetCameras.
-  bool ShowsImages() const {
-    return MayShowImagesWith(settings_) && frame_.view.lens_radius <= 0.0f;
+  /// The virtual guides of frames with the cameras of SetCameras.
+  ImageKinds ShownImages() const {
+    return WantedImages(settings_, images_, frame_.view.lens_radius > 0.0f);
   }
   void SetCameras(const RenderMoment& moment);
   void SetSampling(vec2 jitter, SampleStream stream);
@@ -109,7 +106,7 @@ class VulkanRenderer final : public Renderer {
   double submission_ms_;
   RenderSettings settings_;
   bool any_transmission_;
-  bool may_show_images_;
+  ImageKinds images_;  // that the scene may show
   SceneState state_;
   LightSet lights_;
   std::unique_ptr<GpuAccel> accel_;
@@ -149,7 +146,8 @@ Status VulkanRenderer::Build() {
 }
 
 TracerParts VulkanRenderer::PartsFor(const RenderSettings& settings) const {
-  return {MayHaveLens(state_.scene(), settings), MayShowImagesWith(settings)};
+  const ImageKinds images = WantedImages(settings, images_, false);
+  return {MayHaveLens(state_.scene(), settings), images.any(), images.refraction};
 }
 
 Status VulkanRenderer::MakePicture(const RenderSettings& settings) {
@@ -284,7 +282,7 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   if (plan.guides && done == 0) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
   }
-  if (plan.images && done == 0) {
+  if (plan.images.any() && done == 0) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(*commands, batch));
   }
   const int steps = MostSteps(state_.scene(), settings_.bounces);
@@ -294,12 +292,17 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
       STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
     }
     STILLRAY_RETURN_IF_ERROR(
-        tracer()->RecordSample(*commands, batch, steps, s == 0, plan.reference));
+        tracer()->RecordSample(*commands, batch,
+                               {.steps = steps,
+                                .first = s == 0,
+                                .reference = plan.reference,
+                                .separates = frame_.signal_count == kAllSignals}));
   }
   const bool last = done + samples == plan.samples;
   const GpuTracer::Results results = {.guides = plan.guides && last,
-                                      .images = plan.images && last,
-                                      .sums = plan.samples > 0 && last};
+                                      .images = last ? plan.images : ImageKinds(),
+                                      .sums = plan.samples > 0 && last,
+                                      .signals = frame_.signal_count};
   const bool stays = device_store_.active();
   if (stays && last) {
     STILLRAY_RETURN_IF_ERROR(
@@ -338,7 +341,9 @@ Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
 BatchResults VulkanRenderer::ResultsOf(const BatchPlan& plan) const {
   BatchResults results;
   results.guides = plan.guides ? tracer()->guides() : nullptr;
-  results.images = plan.images ? tracer()->images() : nullptr;
+  results.reflections = plan.images.reflection ? tracer()->reflections() : nullptr;
+  results.refractions = plan.images.refraction ? tracer()->refractions() : nullptr;
+  results.signals = frame_.signal_count;
   results.sums = plan.samples > 0 ? tracer()->sums() : nullptr;
   results.spp = std::max(plan.samples, 1);
   return results;
@@ -383,13 +388,15 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   SetCameras(moment);
   if (settings_.on_device) {
     STILLRAY_RETURN_IF_ERROR(
-        device_store_.Begin(settings_, state_.may_turn(), ShowsImages(), moment, frame));
+        device_store_.Begin(settings_, state_.may_turn(), ShownImages(), moment, frame));
   }
   if (!device_store_.active()) {
-    PrepareFrame(settings_, moment, frame);
+    PrepareFrame(settings_, moment, ShownImages().refraction, frame);
     PreparePreviousNormals(state_, frame);
-    PrepareVirtualGuides(settings_, ShowsImages(), frame);
+    PrepareVirtualGuides(settings_, ShownImages(), frame);
   }
+  frame_.signal_count = ShownImages().refraction ? kAllSignals : kSurfaceSignals;
+  frame_.shows_reflection = ShownImages().reflection ? 1 : 0;
   frame->focal_pixels = focal_pixels_;
   SetSampling(vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   return Status::Ok();
@@ -402,7 +409,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   frame_.rasterised = MayDraw() ? 1 : 0;
   BatchPlan plan;
   plan.guides = true;
-  plan.images = ShowsImages();
+  plan.images = ShownImages();
   plan.samples = settings_.spp;
   plan.first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
@@ -436,8 +443,9 @@ void VulkanRenderer::StorePixels(const PixelPosition* pixels, size_t count, Fram
   for (size_t i = 0; i < count; ++i) {
     const auto [x, y] = pixels[i];
     const Tile region = {x - x % kSparseRegion.width, y - y % kSparseRegion.height, 0, 0};
-    sparse_.Store(region, x, y, LightOf(tracer()->sums()[i]), GuidesOf(tracer()->guides()[i]),
-                  frame);
+    const GpuSignal* first = tracer()->sums() + i * frame_.signal_count;
+    sparse_.Store(region, x, y, LightOf(first, frame_.signal_count),
+                  GuidesOf(tracer()->guides()[i]), frame);
   }
 }
 
@@ -456,10 +464,10 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   plan.guides = true;
   plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   if (full) {
-    plan.images = ShowsImages();
+    plan.images = ShownImages();
     STILLRAY_RETURN_IF_ERROR(ForTiles(
         plan, &meter, [&](const GpuBatch& batch) { StoreBatch(batch, ResultsOf(plan), frame); }));
-    plan.images = false;
+    plan.images = ImageKinds();
   }
   plan.samples = 1;
   for (size_t done = 0; done < chosen.size();) {
@@ -505,6 +513,7 @@ Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image
   device_store_.Drop();
   ResizeImage(radiance, settings_.width, settings_.height);
   SetCameras(moment);
+  frame_.signal_count = kSurfaceSignals;
   SetSampling(vec2(0.0f), SampleStream::kReference);
   BatchPlan plan;
   plan.reference = true;
