@@ -9,6 +9,7 @@ namespace stillray::render {
 namespace {
 
 static_assert(static_cast<int>(SignalKind::kIndirectTransmission) == kIndirectTransmission);
+static_assert(kSurfaceSignals == kTracedSignalCount && kAllSignals == kMostTracedSignals);
 
 /// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
 /// indices of their triangles, then the corners.
@@ -62,7 +63,7 @@ class Tracer {
   float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
   void Add(int pixel, int kind, vec3 light);
-  void AddFound(int pixel, int kind, const FoundLight& found);
+  void AddFound(int pixel, int properties, const FoundLight& found);
   int sampling() const { return static_cast<int>(context_.settings.light_sampling); }
 
   const TraceContext& context_;
@@ -82,11 +83,12 @@ void Tracer::Add(int pixel, int kind, vec3 light) {
   scratch_.light[pixel][static_cast<size_t>(kind)] += light;
 }
 
-/// \param kind  kLight...
-void Tracer::AddFound(int pixel, int kind, const FoundLight& found) {
-  const FoundLight light = SortLight(ClampLight(found, context_.settings.clamp_radiance), kind);
-  Add(pixel, DiffuseKind(kind), light.diffuse);
-  Add(pixel, SpecularKind(kind), light.specular);
+/// \param properties  kLight...
+void Tracer::AddFound(int pixel, int properties, const FoundLight& found) {
+  const FoundLight light =
+      SortLight(ClampLight(found, context_.settings.clamp_radiance), properties);
+  Add(pixel, DiffuseKind(properties), light.diffuse);
+  Add(pixel, SpecularKind(properties), light.specular);
 }
 
 /// The layers of a pixel in which a path may start.
@@ -350,7 +352,7 @@ void Tracer::TraceShadows() {
     if (through == vec3(0.0f)) {
       continue;
     }
-    AddFound(found.pixel, found.kind,
+    AddFound(found.pixel, found.properties,
              {found.light.diffuse * through, found.light.specular * through});
   }
 }

@@ -34,7 +34,7 @@ struct PathScratch {
   RayBatch shadow;
   struct ShadowLight {
     int pixel;
-    int kind;  // kLight...
+    int properties;  // kLight...
     FoundLight light;
   };
   ShadowLight shadow_light[kBatchCapacity];
@@ -47,9 +47,9 @@ struct PathScratch {
 };
 
 /// Traces one sample of every pixel into scratch->light (without emission and background).
-/// \param first     of the pixels with a single layer, so that they need no second look-up; may be
+/// \param first      of the pixels with a single layer, so that they need no second look-up; may be
 ///     null
-/// \param samplers  one per pixel
+/// \param samplers   one per pixel
 /// \param separates  by pixel: its transmitted light is separate, see PixelGuides; null: none
 void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
                  const PathSampler* samplers, const bool* separates, int count,

@@ -52,11 +52,11 @@ struct ImageBatch {
   VirtualImage refraction[kBatchCapacity];
 };
 
-/// \param shown   kinds to find
-/// \param pixels  of a batch
-/// \param first   of pixels with a single layer
+/// \param shown      kinds to find
+/// \param pixels     of a batch
+/// \param first      of pixels with a single layer
 /// \param separates  by pixel, as for TraceSample
-/// \param images  [out] of the kinds that are shown
+/// \param images     [out] of the kinds that are shown
 void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
                        const PrimaryPixel* pixels, const FirstSurface* first, const bool* separates,
                        int count, RayScratch* scratch, ImageBatch* images, RenderTimings* timings);

@@ -135,8 +135,8 @@ TEST(SeparateTransmissionTest, LightOfLayersIsApart) {
   EXPECT_LT(behind.x, 0.05f * behind.y);  // of the boundary, without colour
 }
 
-/// The mean of several frames.
-Image3 MeanOfFrames(const Scene& scene, RenderSettings settings, bool separate) {
+/// All light of a frame.
+Image3 PictureOf(const Scene& scene, RenderSettings settings, bool separate) {
   settings.virtual_guides = separate;
   return SumOfLight(RenderOne(scene, settings));
 }
@@ -174,7 +174,7 @@ TEST(SeparateTransmissionTest, TheMeanIsTheSameAndNoiseIsLess) {
   const SceneBuilder room = GlassRoom();
   const Image3 converged = RenderMean(room.scene, SmallSettings(kWidth, kHeight, 1), 4096);
   const auto means = [&](bool separate) {
-    return MeanOfFrames(room.scene, SmallSettings(kWidth, kHeight, 1024), separate);
+    return PictureOf(room.scene, SmallSettings(kWidth, kHeight, 1024), separate);
   };
   const vec3 expected = Mean(converged);
   for (const bool separate : {false, true}) {
@@ -182,8 +182,7 @@ TEST(SeparateTransmissionTest, TheMeanIsTheSameAndNoiseIsLess) {
                separate ? "separate" : "together");
   }
   const auto noise = [&](bool separate) {
-    return RmsNoise(MeanOfFrames(room.scene, SmallSettings(kWidth, kHeight, 4), separate),
-                    converged);
+    return RmsNoise(PictureOf(room.scene, SmallSettings(kWidth, kHeight, 4), separate), converged);
   };
   EXPECT_LT(noise(true), 0.95 * noise(false));
 }
@@ -195,7 +194,7 @@ TEST(SeparateTransmissionTest, EveryLightSamplingHasTheSameMean) {
   vec3 means[2];
   for (const LightSampling sampling : {LightSampling::kBsdf, LightSampling::kMis}) {
     settings.light_sampling = sampling;
-    means[sampling == LightSampling::kMis ? 1 : 0] = Mean(MeanOfFrames(room.scene, settings, true));
+    means[sampling == LightSampling::kMis ? 1 : 0] = Mean(PictureOf(room.scene, settings, true));
   }
   ExpectNear(means[0] / means[1], vec3(1.0f), 0.02f);
 }

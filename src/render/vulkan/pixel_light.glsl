@@ -11,10 +11,10 @@ void AddSignal(uint number, int kind, vec3 light) {
   sample_lights[FirstSignal(number) + uint(kind)].light += light;
 }
 
-// \param kind  kLight...
-void AddFound(uint number, int kind, vec3 diffuse, vec3 specular) {
+// \param properties  kLight...
+void AddFound(uint number, int properties, vec3 diffuse, vec3 specular) {
   FoundLight light =
-      SortLight(ClampLight(FoundLight(diffuse, specular), frame.clamp_radiance), kind);
-  AddSignal(number, DiffuseKind(kind), light.diffuse);
-  AddSignal(number, SpecularKind(kind), light.specular);
+      SortLight(ClampLight(FoundLight(diffuse, specular), frame.clamp_radiance), properties);
+  AddSignal(number, DiffuseKind(properties), light.diffuse);
+  AddSignal(number, SpecularKind(properties), light.specular);
 }
