@@ -17,6 +17,20 @@ def run(*command):
     return subprocess.run(command, capture_output=True, text=True, timeout=200)
 
 
+def test_presets_with_changes(program, root, folder):
+    path = os.path.join(folder, "changes.json")
+    done = run(program, "bench", "--size", "48x32", "--preset", "eaw,eaw:signals=single:kernel=3x3",
+               "--kernel", "5x5", "--threads", "1", "--repeats", "2", "--json", path)
+    assert done.returncode == 0, done.stderr
+    with open(path) as file:
+        split, single = json.load(file)["sizes"][0]["filter"]["subjects"]
+    assert single["name"] == "eaw:signals=single:kernel=3x3"
+    assert single["bytes"] < split["bytes"]
+    done = run(program, "bench", "--preset", "eaw:signals=all", "--size", "48x32")
+    assert done.returncode != 0
+    assert "--preset: parameter 'signals' is 'all', expected one of" in done.stderr, done.stderr
+
+
 def test_table_and_json(program, root, folder):
     path = os.path.join(folder, "bench.json")
     done = run(program, "bench", "--size", "96x54,64x36", "--preset", "svgf,psvgf", "--repeats", "2",

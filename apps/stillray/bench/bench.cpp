@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -61,9 +62,16 @@ struct BenchSize {
 };
 
 /// The settings of a preset, with the changes of the command line.
+/// \param preset  NAME, or NAME:PARAMETER=VALUE:... with changes of its own
 Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, bool one_signal,
                             const std::string& kernel) {
-  Result<Settings> settings = PresetSettings(preset);
+  std::string_view changes = preset;
+  const auto take = [&] {
+    const std::string_view part = changes.substr(0, changes.find(':'));
+    changes.remove_prefix(std::min(part.size() + 1, changes.size()));
+    return part;
+  };
+  Result<Settings> settings = PresetSettings(take());
   if (!settings.ok()) {
     return settings;
   }
@@ -75,6 +83,12 @@ Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, 
     const Status set = AssignParameter(&settings.value(), change);
     if (!set.ok()) {
       return Status::InvalidArgument("--set: " + set.message());
+    }
+  }
+  while (!changes.empty()) {
+    const Status set = AssignParameter(&settings.value(), take());
+    if (!set.ok()) {
+      return Status::InvalidArgument("--preset: " + set.message());
     }
   }
   return settings;
@@ -386,6 +400,7 @@ Examples:
   stillray bench --size 1366x690 --spp 1/128 --guides sparse --preset psvgf --kernel 3x3 --threads 0
   stillray bench --spp 1/128 --guides sparse --still --warm-up 128 --preset psvgf
   stillray bench --preset svgf --set sigma_n=32 --no-scalar
+  stillray bench --preset svgf,svgf:sigma_n=32 --kernel 5x5 --no-scalar
   stillray bench --device vulkan --preset svgf --kernel 5x5 --set signals=single
   stillray bench --device vulkan --precision half,float --inputs float,packed
   stillray bench --fps --device auto          frames per second; camera, objects and lamp move
@@ -409,7 +424,10 @@ void AddBenchCommand(CLI::App& app, int* exit_code) {
       ->take_all()
       ->capture_default_str();
   AddTracerOptions(command, &a->render.tracer);
-  command->add_option("--preset", a->presets, "Presets to measure: a list, all, or none")
+  command
+      ->add_option("--preset", a->presets,
+                   "Presets to measure: a list, all, or none; "
+                   "NAME:PARAMETER=VALUE:... with changes")
       ->delimiter(',')
       ->take_all()
       ->capture_default_str();
