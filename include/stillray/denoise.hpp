@@ -28,6 +28,12 @@ enum class SignalGrouping : int {
   kChannels,         ///< all light, in one signal for each of red, green and blue
 };
 
+/// How the filter keeps the normals of surfaces, of this frame and of the last one.
+enum class NormalStorage : int {
+  kAuto,        ///< kOctahedral on devices with half precision, else kPlain
+  kPlain,       ///< three floats
+  kOctahedral,  ///< 2 x 16 bits, off by 0.0037 degrees at most
+};
 enum class HistoryWeight : int {
   kConstant,  ///< alpha is alpha_min wherever there is history (SVGF)
   kAge,       ///< alpha is max(alpha_min, n / (n_history + n)): a plain mean at first (PSVGF)
@@ -110,6 +116,7 @@ struct StepList {
 /// "default".
 struct Settings {
   bool fill_guides = true;
+  NormalStorage normals = NormalStorage::kAuto;
   SignalGrouping signals = SignalGrouping::kSplit;
   bool demodulate = true;
   Firefly firefly = Firefly::kOff;

@@ -91,8 +91,9 @@ void CompareRow(const FollowLightInput& in, int by, FollowedBlocks* blocks, Imag
     blocks->known(bx, by) = before >= 0 ? 1.0f : 0.0f;
     blocks->change(bx, by) = before >= 0 ? change : 0.0f;
     blocks->inverse_depth(bx, by) = in.guides.inverse_depth(x, y);
+    const vec3 normal = NormalAt(in.guides, x, y);
     for (int c = 0; c < 3; ++c) {
-      blocks->normal[c](bx, by) = in.guides.normal[c](x, y);
+      blocks->normal[c](bx, by) = normal[c];
     }
     for (int c = 0; c < 2; ++c) {
       blocks->gradient[c](bx, by) = in.guides.gradient[c](x, y);

@@ -270,6 +270,7 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.signals = GroupsOf(s.signals, HasTransmission(facts.lights));
   plan.layers = LayersOf(s, facts);
   plan.layout = LayoutOf(s);
+  plan.normals = s.normals;
   plan.border = BorderOf(s);
   plan.is_sparse = facts.samples_per_pixel < kWholeSample;
   plan.was_fed_back = progress.fed_back;

@@ -123,6 +123,7 @@ struct FramePlan {
   std::span<const SignalGroup> signals;
   LayerList layers;
   HistoryLayout layout;
+  NormalStorage normals;
   int border;         ///< pixels around the picture that wavelets read
   bool is_sparse;     ///< less than one sample per pixel
   bool has_picture;   ///< there is a last picture for antialiasing
@@ -174,6 +175,11 @@ Settings SettingsOfLayer(Settings settings);
 LayerList LayersOf(const Settings& settings, const FrameFacts& facts);
 
 HistoryLayout LayoutOf(const Settings& settings);
+
+/// Whether the filter keeps normals as PackNormal. \param by_default  of the implementation
+inline bool PacksNormals(NormalStorage normals, bool by_default = false) {
+  return normals == NormalStorage::kAuto ? by_default : normals == NormalStorage::kOctahedral;
+}
 
 /// FramePlan::pilot_signals; zeros if there is no pilot. \param lights  FrameFacts::lights
 std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const SignalGroup> signals,

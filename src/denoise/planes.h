@@ -11,6 +11,7 @@
 #include <numeric>
 #include <vector>
 
+#include "denoise/packed_normal.h"
 #include "denoise/stages/reproject_shared.h"
 #include "stillray/image.h"
 
@@ -34,7 +35,8 @@ inline int BlocksOf(int width) {
 struct GuidePlanes {
   Image1 inverse_depth;  ///< 1 / view z; affine over a plane in the picture, unlike z itself
   Image1 depth;          ///< view z
-  Image3 normal;         ///< unit length, or zero
+  Image3 normal;         ///< unit length, or zero; empty with packed_normal
+  Plane<uint32_t> packed_normal;  ///< PackNormal of them with normals=octahedral, else empty
   Image2
       gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
   Image1 turn2;  ///< SquaredTurn of the normals; empty unless the filter needs it. No border.
@@ -43,18 +45,27 @@ struct GuidePlanes {
   Plane<uint32_t> full;
 
   GuidePlanes() = default;
-  GuidePlanes(int width, int height, int border)
+  GuidePlanes(int width, int height, int border, bool packs_normals = false)
       : inverse_depth(width, height, border),
         depth(width, height, border),
-        normal(width, height, border),
+        normal(packs_normals ? Image3() : Image3(width, height, border)),
+        packed_normal(packs_normals ? Plane<uint32_t>(width, height, border) : Plane<uint32_t>()),
         gradient(width, height, border),
         id(width, height, border),
         full(BlocksOf(width), height, 1) {}
   size_t bytes() const {
-    return inverse_depth.bytes() + depth.bytes() + normal.bytes() + gradient.bytes() + id.bytes() +
-           turn2.bytes() + full.bytes();
+    return inverse_depth.bytes() + depth.bytes() + normal.bytes() + packed_normal.bytes() +
+           gradient.bytes() + id.bytes() + turn2.bytes() + full.bytes();
   }
+  bool packs_normals() const { return !packed_normal.empty(); }
 };
+
+/// Unit length, or zero.
+inline vec3 NormalAt(const GuidePlanes& guides, int x, int y) {
+  return guides.packs_normals()
+             ? UnpackNormal(guides.packed_normal(x, y))
+             : vec3(guides.normal[0](x, y), guides.normal[1](x, y), guides.normal[2](x, y));
+}
 
 /// SquaredTurn of a pixel; 0 if the filter does not use it.
 inline float Turn2At(const GuidePlanes& guides, int x, int y) {

@@ -11,19 +11,26 @@
 namespace stillray {
 
 /// Rows of 4-byte values for loops over whole rows; aligned to cache lines, so that no vector
-/// crosses two. The storage belongs to the thread and only grows: at most one object may exist per
-/// thread, and rows are not cleared.
-class RowScratch {
+/// crosses two. The storage belongs to the thread and only grows: at most one object of a purpose
+/// may exist per thread, and rows are not cleared.
+template <typename Purpose>
+class ThreadRows {
  public:
-  /// \param width  of the rows; kRoom more lines may be read and written before and after
-  RowScratch(int width, int rows)
-      : stride_(static_cast<size_t>(width) / kLineValues + 1 + 2 * kRoom) {
+  /// \param width  of the rows; `reach` values and kRoom lines more may be read and written before
+  ///     and after
+  ThreadRows(int width, int rows, int reach = 0)
+      : stride_(static_cast<size_t>(StrideOf(width, reach)) / kLineValues) {
     std::vector<Line>& storage = Storage();
     const size_t lines = stride_ * static_cast<size_t>(rows);
     if (storage.size() < lines) {
       storage.resize(lines);
     }
-    first_ = storage.data() + kRoom;
+    first_ = lines > 0 ? storage.data() + RoomOf(reach) : nullptr;
+  }
+  /// In values.
+  static ptrdiff_t StrideOf(int width, int reach) {
+    return static_cast<ptrdiff_t>(
+        (static_cast<size_t>(width) / kLineValues + 1 + 2 * RoomOf(reach)) * kLineValues);
   }
   template <typename T = float>
   T* Row(int i) const {
@@ -39,6 +46,9 @@ class RowScratch {
   };
   /// In lines: three of the widest vectors, and one for rounding.
   static constexpr size_t kRoom = 4;
+  static size_t RoomOf(int reach) {
+    return kRoom + (static_cast<size_t>(reach) + kLineValues - 1) / kLineValues;
+  }
   static std::vector<Line>& Storage() {
     static thread_local std::vector<Line> storage;
     return storage;
@@ -47,5 +57,8 @@ class RowScratch {
   size_t stride_;  ///< in lines
   Line* first_;
 };
+
+/// For the loop itself.
+using RowScratch = ThreadRows<class AnyRows>;
 
 }  // namespace stillray

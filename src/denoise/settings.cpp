@@ -79,6 +79,16 @@ std::vector<Row> MakeTable() {
                 .help = "Fill unknown guides (depth 0 and no sample) from earlier frames, or from "
                         "the nearest known pixels."},
        .member = &Settings::fill_guides},
+      {.info = {.name = "normals",
+                .type = kChoice,
+                .group = "prepare_guides",
+                .help = "Storage of normals in the filter: three floats, or octahedral in 2 x 16 "
+                        "bits, off by 0.0037 degrees at most, for a third of the memory. auto: "
+                        "octahedral on devices with half precision, else plain.",
+                .max = 2,
+                .choices = {"auto", "plain", "octahedral"}},
+       .member = Choice<Settings, &Settings::normals>(),
+       .history = Always<&Settings::normals>()},
       {.info = {.name = "signals",
                 .type = kChoice,
                 .group = "demodulate",

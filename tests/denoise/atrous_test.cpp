@@ -89,6 +89,17 @@ struct Filtered {
         valid_out(picture.width, picture.height, kBorder) {}
 };
 
+/// The same picture with packed normals.
+Picture WithPackedNormals(Picture picture) {
+  GuidePlanes& g = picture.guides;
+  g.packed_normal = Plane<uint32_t>(picture.width, picture.height, kBorder);
+  picture.From(0, [&](int x, int y) {
+    g.packed_normal(x, y) = PackNormal({g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)});
+  });
+  g.normal = Image3();
+  return picture;
+}
+
 Filtered RunStage(Version atrous, const Picture& picture, const AtrousLevel& level,
                   const AtrousParameters& p, const Image1* pilot = nullptr) {
   Filtered out(picture);
@@ -110,21 +121,25 @@ TEST(Atrous, ConstantStaysConstant) {
     picture.luminance_factor(x, y) = test::RandomAt(x, y, 3);
     picture.valid(x, y) = test::RandomAt(x, y, 4) < 0.7f ? 1.0f : 0.0f;
   });
+  const auto expect_constant = [](const Picture& filtered, const Filtered& out) {
+    for (int y = 0; y < filtered.height; ++y) {
+      for (int x = 0; x < filtered.width; ++x) {
+        if (filtered.valid(x, y) > 0) {
+          ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
+          ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
+        }
+      }
+    }
+  };
+  const Picture packed = WithPackedNormals(picture);
   for (const int weights : kAllWeights) {
     for (const int radius : {1, 2}) {
       for (const int step : {1, 2, 8}) {
         for (const Version version : kVersions) {
           for (const AtrousParameters& p :
                {MakeParameters(), ByPosition(MakeParameters(), picture.width, picture.height)}) {
-            const Filtered out = RunStage(version, picture, {weights, radius, step}, p);
-            for (int y = 0; y < picture.height; ++y) {
-              for (int x = 0; x < picture.width; ++x) {
-                if (picture.valid(x, y) > 0) {
-                  ASSERT_NEAR(out.planes.colour[0](x, y), 1, 2e-6f) << x << " " << y;
-                  ASSERT_LE(out.planes.variance(x, y), 1 + 2e-6f) << x << " " << y;
-                }
-              }
-            }
+            expect_constant(picture, RunStage(version, picture, {weights, radius, step}, p));
+            expect_constant(packed, RunStage(version, packed, {weights, radius, step}, p));
           }
         }
       }
@@ -405,6 +420,44 @@ TEST(Atrous, ThePilotKeepsTheMeanOfSparseLight) {
     EXPECT_LT(sum(nullptr, 3.0f), 0.8);
     EXPECT_GT(sum(&mean.planes.colour[0], 1.0f), 0.9);
     EXPECT_LT(sum(&mean.planes.colour[0], 1.0f), 1.03);
+  }
+}
+
+// Taller than the rows that are unpacked at once, in every order of rows.
+TEST(Atrous, PackedNormalsMatchTheReference) {
+  for (const auto& [width, height] : {std::pair{5, 3}, std::pair{37, 61}}) {
+    SCOPED_TRACE(width);
+    const Picture packed = WithPackedNormals(MakeBusyPicture(width, height, 0.8f));
+    Picture rounded = packed;
+    rounded.guides.packed_normal = Plane<uint32_t>();
+    rounded.guides.normal = Image3(width, height, kBorder);
+    rounded.From(0, [&](int x, int y) {
+      const vec3 n = NormalAt(packed.guides, x, y);
+      for (int c = 0; c < 3; ++c) {
+        rounded.guides.normal[c](x, y) = n[c];
+      }
+    });
+    test::OnEveryTarget([&] {
+      for (const int weights : kAllWeights) {
+        for (const AtrousLevel& level :
+             {AtrousLevel{weights, 1, 1}, {weights, 2, 1}, {weights, 1, 16}, {weights, 2, 5}}) {
+          SCOPED_TRACE("weights " + std::to_string(weights) + " radius " +
+                       std::to_string(level.radius) + " step " + std::to_string(level.step));
+          AtrousParameters curved = MakeParameters();
+          curved.edges.curvature = 0.5f;
+          for (const AtrousParameters& p : {MakeParameters(), curved}) {
+            CompareVersions(packed, level, p);
+            Filtered got = RunStage(&cpu::Atrous, packed, level, p);
+            Filtered expected = RunStage(&cpu::Atrous, rounded, level, p);
+            if (weights == kAtrousGeometry) {
+              ClearUndefined(packed, &got);
+              ClearUndefined(packed, &expected);
+            }
+            test::ExpectNear(got.planes.colour[0], expected.planes.colour[0], 2e-4, 1e-5);
+          }
+        }
+      }
+    });
   }
 }
 

@@ -25,8 +25,12 @@ using test::SameBits;
 using ::testing::HasSubstr;
 
 TEST(Denoiser, SavedHistoryContinuesWithTheSameBits) {
-  for (const char* preset : {"default", "best", "svgf"}) {
-    const Settings s = PresetSettings(preset).value();
+  for (const auto& [preset, normals] : {std::pair{"default", NormalStorage::kAuto},
+                                        {"best", NormalStorage::kAuto},
+                                        {"svgf", NormalStorage::kAuto},
+                                        {"default", NormalStorage::kOctahedral}}) {
+    Settings s = PresetSettings(preset).value();
+    s.normals = normals;
     Denoiser whole = MakeDenoiser(s);
     DenoisedFrame expected;
     std::vector<uint8_t> saved;
@@ -63,6 +67,13 @@ TEST(Denoiser, DamagedHistoryIsRefused) {
   single.signals = SignalGrouping::kSingle;
   EXPECT_THAT(MakeDenoiser(single).RestoreHistory(saved).message(),
               HasSubstr("3 signals, the settings ask for 1"));
+  Settings octahedral;
+  octahedral.normals = NormalStorage::kOctahedral;
+  EXPECT_THAT(MakeDenoiser(octahedral).RestoreHistory(saved).message(),
+              HasSubstr("has plain normals, this denoiser keeps octahedral ones"));
+  Settings plain;
+  plain.normals = NormalStorage::kPlain;
+  EXPECT_TRUE(MakeDenoiser(plain).RestoreHistory(saved).ok());
   saved[0] = 'x';
   EXPECT_EQ(d.RestoreHistory(saved).code(), StatusCode::kBadData);
 }

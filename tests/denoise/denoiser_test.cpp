@@ -389,6 +389,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
   };
   const std::vector<Move> moves = {
       {"fill_guides", "off", {}},
+      {"normals", "octahedral", {}},
       {"signals", "single", {}},
       {"demodulate", "off", {}},
       {"firefly", "clamp", {}},

@@ -285,6 +285,7 @@ TEST(Plan, WhichSettingsBeginTheHistoryAnew) {
     EXPECT_TRUE(SetParameter(&after, name, value).ok());
     return NeedsNewHistory(before, after);
   };
+  EXPECT_TRUE(resets("normals", "octahedral"));
   EXPECT_TRUE(resets("signals", "single"));
   EXPECT_TRUE(resets("demodulate", "off"));
   EXPECT_TRUE(resets("limit_history", "off"));
@@ -302,9 +303,10 @@ TEST(Plan, WhichSettingsBeginTheHistoryAnew) {
 TEST(Plan, TheTableNamesEverySettingThatBeginsTheHistoryAnew) {
   for (const Parameter& p : Parameters()) {
     const std::string name = p.name;
-    const bool expected = name == "signals" || name == "demodulate" || name == "firefly" ||
-                          name == "temporal" || name == "limit_history" || name == "wavelet" ||
-                          name == "feedback" || name == "feedback_when" || name == "luminance";
+    const bool expected = name == "normals" || name == "signals" || name == "demodulate" ||
+                          name == "firefly" || name == "temporal" || name == "limit_history" ||
+                          name == "wavelet" || name == "feedback" || name == "feedback_when" ||
+                          name == "luminance";
     EXPECT_EQ(*p.resets_history != 0, expected) << name;
   }
 }

@@ -146,6 +146,39 @@ TEST(PrepareGuides, BallsTurnAndWallsDoNot) {
   }
 }
 
+// Slopes and turns are those of the rounded normals.
+TEST(PrepareGuides, PackedNormalsAreTheRoundedOnes) {
+  test::ForSizesAndTargets([](int width, int height) {
+    Scene scene(width, height, 0.003f, -0.002f);
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < 3; ++c) {
+          scene.normal[c](x, y) = 2 * test::RandomAt(x / 3, y / 2, static_cast<uint32_t>(c)) - 1;
+        }
+        scene.depth(x, y) = test::RandomAt(x, y, 3) < 0.1f ? kInfinity : scene.depth(x, y);
+      }
+    }
+    GuidePlanes plain(width, height, kBorder);
+    reference::PrepareGuides(scene.Input(), &plain);
+    for (const Version prepare : kVersions) {
+      GuidePlanes out(width, height, kBorder, true);
+      out.turn2 = Image1(width, height);
+      prepare(scene.Input(), &out);
+      EXPECT_TRUE(out.normal.empty());
+      EXPECT_LT(out.bytes(), plain.bytes());
+      test::ExpectNear(out.gradient, plain.gradient, 1e-5, 1e-6);
+      for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+          const vec3 n = NormalAt(plain, x, y);
+          EXPECT_NEAR(glm::distance(NormalAt(out, x, y), n), 0, 6.6e-5f);
+          EXPECT_EQ(out.packed_normal(x, y) == 0, n == vec3(0.0f));
+        }
+      }
+      EXPECT_EQ(out.packed_normal(-1, 0), 0u);
+    }
+  });
+}
+
 TEST(PrepareGuides, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
     Scene scene(width, height, 0.003f, -0.002f);

@@ -67,21 +67,25 @@ TEST(StagesTogether, PrepareAndFindTaps) {
   normal[1](40, 20) = HUGE_VALF;
   const PrepareGuidesInput in = {&depth, &normal, &id};
   const Image2 motion = MakeMotion();
-  OnEveryTarget([&] {
-    GuidePlanes before(kWidth, kHeight, 4);
+  const auto compare = [&](bool packs_normals) {
+    GuidePlanes before(kWidth, kHeight, 4, packs_normals);
     cpu::PrepareGuides(in, &before);
-    GuidePlanes apart(kWidth, kHeight, 4);
+    GuidePlanes apart(kWidth, kHeight, 4, packs_normals);
     ReprojectionTaps taps_apart(kWidth, kHeight);
     EXPECT_EQ(cpu::PrepareGuides(in, &apart), 3);
     cpu::FindTaps(apart, before, motion, test::DefaultPlan().reproject, &taps_apart);
-    GuidePlanes together(kWidth, kHeight, 4);
+    GuidePlanes together(kWidth, kHeight, 4, packs_normals);
     ReprojectionTaps taps(kWidth, kHeight);
     EXPECT_EQ(cpu::PrepareAndFindTaps(in, before, motion, test::DefaultPlan().reproject, &together,
                                       &taps),
               3);
     EXPECT_EQ(DifferentBits(together.inverse_depth, apart.inverse_depth), 0);
     EXPECT_EQ(DifferentBits(together.depth, apart.depth), 0);
-    EXPECT_EQ(DifferentBits(together.normal, apart.normal), 0);
+    if (packs_normals) {
+      EXPECT_EQ(DifferentBits(together.packed_normal, apart.packed_normal), 0);
+    } else {
+      EXPECT_EQ(DifferentBits(together.normal, apart.normal), 0);
+    }
     EXPECT_EQ(DifferentBits(together.gradient, apart.gradient), 0);
     EXPECT_EQ(DifferentBits(together.id, apart.id), 0);
     EXPECT_EQ(taps.patterns, taps_apart.patterns);
@@ -90,6 +94,10 @@ TEST(StagesTogether, PrepareAndFindTaps) {
     EXPECT_EQ(DifferentBits(taps.weight, taps_apart.weight), 0);
     EXPECT_EQ(DifferentBits(taps.x, taps_apart.x), 0);
     EXPECT_EQ(DifferentBits(taps.search, taps_apart.search), 0);
+  };
+  OnEveryTarget([&] {
+    compare(false);
+    compare(true);
   });
 }
 

@@ -11,47 +11,9 @@
 #include "denoise/stages/suppress_fireflies_shared.h"
 #include "denoise/vulkan/edge_exponent_shared.h"
 #include "denoise/vulkan/exposure_shared.h"
-#include "denoise/vulkan/octahedral_shared.h"
 
 namespace stillray {
 namespace {
-
-TEST(Octahedral, CornersAndFolds) {
-  const auto expect = [](vec3 n, float x, float y) {
-    const vec2 e = OctahedralEncode(n);
-    EXPECT_FLOAT_EQ(e.x, x);
-    EXPECT_FLOAT_EQ(e.y, y);
-  };
-  expect({0, 0, 1}, 0, 0);
-  expect({1, 0, 0}, 1, 0);
-  expect({0, -1, 0}, 0, -1);
-  expect({0, 0, -1}, 1, 1);  // the lower pole is where the corners meet
-  // (1, 2, -2) / 3 lies on the octahedron at (0.2, 0.4, -0.4): folded to (1 - 0.4, 1 - 0.2).
-  expect({1.0f / 3, 2.0f / 3, -2.0f / 3}, 0.6f, 0.8f);
-}
-
-TEST(Octahedral, SixteenBitsKeepDirectionsOfTheWholeSphere) {
-  double worst = 0;
-  for (int i = 0; i < 200; ++i) {
-    for (int j = 0; j < 400; ++j) {
-      const double theta = (i + 0.5) * M_PI / 200;
-      const double phi = (j + 0.37) * 2 * M_PI / 400;
-      const double n[3] = {std::sin(theta) * std::cos(phi), std::sin(theta) * std::sin(phi),
-                           std::cos(theta)};
-      vec2 e = OctahedralEncode(
-          {static_cast<float>(n[0]), static_cast<float>(n[1]), static_cast<float>(n[2])});
-      e.x = std::round(e.x * 32767) / 32767;
-      e.y = std::round(e.y * 32767) / 32767;
-      const vec3 back = OctahedralDecode(e);
-      const double d[3] = {n[0] - back.x, n[1] - back.y, n[2] - back.z};
-      worst = std::max(worst, std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
-      EXPECT_NEAR(dot(back, back), 1, 1e-6);
-    }
-  }
-  // Radians: half a step of 1 / 32767 in both coordinates, stretched threefold at most.
-  EXPECT_LT(worst, 6.5e-5);
-  EXPECT_GT(worst, 1e-5);  // it is rounded at all
-}
 
 TEST(EdgeExponents, AreTheLogarithmsOfTheWeights) {
   for (const float cosine : {1.0f, 0.999f, 0.9f, 0.5f, 0.01f}) {

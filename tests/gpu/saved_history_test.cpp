@@ -69,6 +69,15 @@ TEST_F(SavedHistory, ContinuesWithTheSameBits) {
   }
 }
 
+TEST_F(SavedHistory, HoldsNormalsOfEitherFormat) {
+  for (const auto& [normals, precision] :
+       {std::pair{"plain", DevicePrecision::kHalf}, {"octahedral", DevicePrecision::kFloat}}) {
+    SCOPED_TRACE(normals);
+    ExpectTheSameBits(With("default", {{"normals", normals}}), precision,
+                      [](int i) { return MakeBusyFrame(41, 23, i); });
+  }
+}
+
 TEST_F(SavedHistory, HoldsTheGuidesOfSparseFrames) {
   for (const char* preset : {"default", "psvgf"}) {
     SCOPED_TRACE(preset);
@@ -114,6 +123,9 @@ TEST_F(SavedHistory, DamagedOrOfOtherSettingsIsRefusedAndChangesNothing) {
               HasSubstr("made with limit_history on, the settings have it off"));
   EXPECT_THAT(message(With("default", {{"signals", "single"}}), DevicePrecision::kHalf),
               HasSubstr("3 signals, the settings ask for 1"));
+  EXPECT_THAT(message(With("default", {{"normals", "plain"}}), DevicePrecision::kHalf),
+              HasSubstr("has octahedral normals, this denoiser keeps plain ones"));
+  EXPECT_EQ(message(With("default", {{"normals", "octahedral"}}), DevicePrecision::kHalf), "");
   EXPECT_THAT(message(PresetSettings("default").value(), DevicePrecision::kFloat),
               HasSubstr("saved history is of 16 bits, this denoiser keeps 32"));
 }

@@ -163,6 +163,39 @@ TEST_F(Stages, OtherSettingsInFloats) {
   }
 }
 
+TEST_F(Stages, NormalsOfTheOtherFormat) {
+  for (const char* preset : {"default", "svgf", "psvgf", "eaw"}) {
+    for (const auto& [precision, normals] :
+         {std::pair{DevicePrecision::kHalf, "plain"}, {DevicePrecision::kFloat, "octahedral"}}) {
+      ExpectSame(test::With(preset, {{"normals", normals}}), precision, 67, 35, 4,
+                 std::string(preset) + " " + normals);
+    }
+  }
+}
+
+// auto is what each precision is made for, and the other way differs.
+TEST_F(Stages, NormalsAreThoseOfThePrecisionByDefault) {
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    const auto picture = [&](const char* normals) {
+      Denoiser denoiser = MakeDenoiser(test::With("default", {{"normals", normals}}), precision);
+      DenoisedFrame out;
+      for (int i = 0; i < 3; ++i) {
+        EXPECT_TRUE(denoiser.Denoise(MakeBusyFrame(61, 37, i), &out).ok());
+      }
+      return std::pair(std::move(out.colour), denoiser.memory_bytes());
+    };
+    const bool half = precision == DevicePrecision::kHalf;
+    const auto by_default = picture("auto");
+    const auto same = picture(half ? "octahedral" : "plain");
+    const auto other = picture(half ? "plain" : "octahedral");
+    EXPECT_TRUE(test::SameBits(by_default.first, same.first));
+    EXPECT_FALSE(test::SameBits(by_default.first, other.first));
+    EXPECT_EQ(by_default.second, same.second);
+    EXPECT_EQ(other.second > same.second, half);
+    EXPECT_EQ(other.second < same.second, !half);
+  }
+}
+
 TEST_F(Stages, SmallAndOddSizes) {
   for (const auto& [width, height] :
        {std::pair{1, 1}, std::pair{2, 1}, std::pair{1, 9}, std::pair{17, 3}, std::pair{129, 8}}) {

@@ -11,14 +11,18 @@
 namespace stillray {
 namespace {
 
-/// Copies the guides that reproject reads; nothing if \p from has another size.
+/// Copies the guides that reproject reads; nothing if \p from has another size or other normals.
 void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
-  if (from.id.width() != to->id.width() || from.id.height() != to->id.height()) {
+  if (from.id.width() != to->id.width() || from.id.height() != to->id.height() ||
+      from.packs_normals() != to->packs_normals()) {
     return;
   }
   for (int y = 0; y < from.id.height(); ++y) {
     std::copy_n(from.inverse_depth.Row(y), from.id.width(), to->inverse_depth.Row(y));
     std::copy_n(from.id.Row(y), from.id.width(), to->id.Row(y));
+  }
+  for (int y = 0; y < to->packed_normal.height(); ++y) {
+    std::copy_n(from.packed_normal.Row(y), from.id.width(), to->packed_normal.Row(y));
   }
   CopyImage(from.normal, &to->normal);
 }
@@ -62,10 +66,11 @@ size_t SelectedBytes(const Guides& g) {
 }
 
 /// Changes the borders of a layer's history to those that the wavelet reads.
-void FitLayer(int width, int height, int border, LayerHistory* layer) {
+void FitLayer(int width, int height, int border, bool packs_normals, LayerHistory* layer) {
   const GuidePlanes& guides = layer->guides;
-  if (guides.id.width() != width || guides.inverse_depth.border() != border) {
-    GuidePlanes wider(width, height, border);
+  if (guides.id.width() != width || guides.inverse_depth.border() != border ||
+      guides.packs_normals() != packs_normals) {
+    GuidePlanes wider(width, height, border, packs_normals);
     CopyGuides(guides, &wider);
     layer->guides = std::move(wider);
   }
@@ -163,7 +168,7 @@ bool FitHistory(const FramePlan& plan, int width, int height, int border, Histor
     *history = History(width, height, plan.layers, plan.layout, border);
   }
   for (LayerHistory& layer : history->layers) {
-    FitLayer(width, height, border, &layer);
+    FitLayer(width, height, border, PacksNormals(plan.normals), &layer);
   }
   if (plan.antialias.follow_light == 0) {
     history->followed = Image1();

@@ -24,7 +24,8 @@ struct Header {
   uint32_t signal_count = 0;
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
   /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
-  /// the refraction, 512: followed light, 1024: signals by channel of colour
+  /// the refraction, 512: followed light, 1024: signals by channel of colour, 2048: octahedral
+  /// normals
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
@@ -60,6 +61,7 @@ void VisitPlanes(State& state, const Visit& visit) {
     }
     visit(layer.guides.inverse_depth);
     visit_all(layer.guides.normal);
+    visit(layer.guides.packed_normal);
     visit(layer.guides.id);
     for (auto& residual : layer.residuals) {
       if (!residual.length.empty()) {
@@ -81,7 +83,8 @@ size_t PayloadBytes(const Header& header) {
       7u + ((header.flags & 4u) != 0 ? 1u : 0u) + ((header.flags & 8u) != 0 ? 3u : 0u);
   const size_t layers =
       1u + ((header.flags & 128u) != 0 ? 1u : 0u) + ((header.flags & 256u) != 0 ? 1u : 0u);
-  const size_t planes = header.signal_count * signal_planes + layers * 5 + 3 +
+  const size_t guides = (header.flags & 2048u) != 0 ? 3u : 5u;
+  const size_t planes = header.signal_count * signal_planes + layers * guides + 3 +
                         static_cast<size_t>(std::popcount(header.held_planes)) +
                         4 * static_cast<size_t>(std::popcount(header.residual_signals)) +
                         ((header.flags & 32u) != 0 ? 1u : 0u);
@@ -220,6 +223,15 @@ Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept) {
   return Status::Ok();
 }
 
+Status CheckNormals(bool saved_octahedral, bool octahedral) {
+  const auto name = [](bool packed) { return packed ? "octahedral" : "plain"; };
+  return saved_octahedral == octahedral
+             ? Status::Ok()
+             : Status::BadData(fmt::format("saved history has {} normals, this denoiser keeps {} "
+                                           "ones",
+                                           name(saved_octahedral), name(octahedral)));
+}
+
 std::vector<uint8_t> HistoryToBytes(const History& state) {
   Header header;
   std::memcpy(header.magic, kHistoryMagic, sizeof(kHistoryMagic));
@@ -228,14 +240,16 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
   for (const PlannedLayer& layer : state.list) {
     header.signal_count += static_cast<uint32_t>(layer.count);
   }
-  header.flags = (state.progress.has_history ? 1u : 0u) | (state.progress.has_picture ? 2u : 0u) |
-                 (state.layout().with_compressed ? 4u : 0u) |
-                 (state.layout().with_behind ? 8u : 0u) | (state.held.empty() ? 0u : 16u) |
-                 (state.held.guides.id.empty() ? 0u : 32u) | (state.progress.jittered ? 64u : 0u) |
-                 (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
-                 (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u) |
-                 (state.progress.has_followed ? 512u : 0u) |
-                 (state.list.count > 0 && state.list.layer[0].by_channel ? 1024u : 0u);
+  header.flags =
+      (state.progress.has_history ? 1u : 0u) | (state.progress.has_picture ? 2u : 0u) |
+      (state.layout().with_compressed ? 4u : 0u) | (state.layout().with_behind ? 8u : 0u) |
+      (state.held.empty() ? 0u : 16u) | (state.held.guides.id.empty() ? 0u : 32u) |
+      (state.progress.jittered ? 64u : 0u) |
+      (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
+      (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u) |
+      (state.progress.has_followed ? 512u : 0u) |
+      (state.list.count > 0 && state.list.layer[0].by_channel ? 1024u : 0u) |
+      (!state.layers.empty() && state.layers.front().guides.packs_normals() ? 2048u : 0u);
   header.held_planes = PlanesOf(state.held);
   header.feedback_progress = state.progress.feedback_progress;
   header.residual_signals = ResidualsOf(state);
@@ -280,6 +294,8 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
   STILLRAY_RETURN_IF_ERROR(CheckClaims({header.width, header.height, header.signal_count, layout,
                                         header.feedback_progress, (header.flags & 1024u) != 0},
                                        KeptBy(settings)));
+  const bool packs_normals = (header.flags & 2048u) != 0;
+  STILLRAY_RETURN_IF_ERROR(CheckNormals(packs_normals, PacksNormals(settings.normals)));
   const Result<LayerList> layers = LayersOf(header, settings);
   STILLRAY_RETURN_IF_ERROR(layers.status());
   if (header.residual_signals >> header.signal_count != 0) {
@@ -300,7 +316,7 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
   state.progress.has_picture = (header.flags & 2u) != 0;
   state.progress.jittered = (header.flags & 64u) != 0;
   for (LayerHistory& layer : state.layers) {
-    layer.guides = GuidePlanes(header.width, header.height, border);
+    layer.guides = GuidePlanes(header.width, header.height, border, packs_normals);
   }
   state.progress.feedback_progress = header.feedback_progress;
   MakeResiduals(header, &state.layers);

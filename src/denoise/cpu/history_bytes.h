@@ -40,6 +40,9 @@ struct HistoryClaims {
 /// \return kBadData naming the claim that is out of range or does not match the settings
 Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept);
 
+/// \return kBadData if the saved history and this denoiser keep normals in different ways
+Status CheckNormals(bool saved_octahedral, bool octahedral);
+
 /// Whether the bytes start like those of HistoryToBytes.
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 

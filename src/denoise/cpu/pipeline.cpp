@@ -122,8 +122,10 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHisto
               ReprojectionTaps* taps, DenoisedFrame* out) {
   std::swap(history->guides, history->previous_guides);
   GuidePlanes& guides = history->guides;
-  if (guides.inverse_depth.border() != border || guides.id.empty()) {
-    guides = GuidePlanes(in.frame.width, in.frame.height, border);
+  const bool packs_normals = PacksNormals(p.plan.normals);
+  if (guides.inverse_depth.border() != border || guides.id.empty() ||
+      guides.packs_normals() != packs_normals) {
+    guides = GuidePlanes(in.frame.width, in.frame.height, border, packs_normals);
   }
   const bool with_turn2 = p.plan.atrous.edges.curvature > 0;
   if (with_turn2 == guides.turn2.empty()) {

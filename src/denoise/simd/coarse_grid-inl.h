@@ -14,6 +14,7 @@
 
 #include "denoise/row_scratch.h"
 #include "denoise/simd/guide_exponents-inl.h"
+#include "denoise/simd/packed_normal-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 #include "denoise/stages/limit_history.h"
 
@@ -34,6 +35,52 @@ HWY_INLINE BlockValues LoadBlocks(const float* upper, const float* lower, int bx
   return v;
 }
 
+/// The three components of normals.
+/// \param packed_normals  g.packs_normals(), which compilers would load again for every vector
+HWY_INLINE void LoadBlockNormals(const GuidePlanes& g, bool packed_normals, int by, int bx,
+                                 BlockValues normal[3]) {
+  const DU du;
+  if (!packed_normals) {
+    for (int c = 0; c < 3; ++c) {
+      normal[c] = LoadBlocks(g.normal[c].Row(2 * by), g.normal[c].Row(2 * by + 1), bx);
+    }
+    return;
+  }
+  for (int row = 0; row < 2; ++row) {
+    VU packed[2];
+    hn::LoadInterleaved2(du, g.packed_normal.Row(2 * by + row) + 2 * bx, packed[0], packed[1]);
+    for (int side = 0; side < 2; ++side) {
+      VF n[3];
+      UnpackNormal(packed[side], n);
+      for (int c = 0; c < 3; ++c) {
+        normal[c].pixel[2 * row + side] = n[c];
+      }
+    }
+  }
+}
+
+/// The components of the normals at the even and odd pixels of a row.
+HWY_INLINE void LoadSideNormals(const GuidePlanes& g, bool packed_normals, int y, int bx, VF nx[2],
+                                VF ny[2], VF nz[2]) {
+  const DF d;
+  const DU du;
+  if (!packed_normals) {
+    hn::LoadInterleaved2(d, g.normal[0].Row(y) + 2 * bx, nx[0], nx[1]);
+    hn::LoadInterleaved2(d, g.normal[1].Row(y) + 2 * bx, ny[0], ny[1]);
+    hn::LoadInterleaved2(d, g.normal[2].Row(y) + 2 * bx, nz[0], nz[1]);
+    return;
+  }
+  VU packed[2];
+  hn::LoadInterleaved2(du, g.packed_normal.Row(y) + 2 * bx, packed[0], packed[1]);
+  for (int side = 0; side < 2; ++side) {
+    VF n[3];
+    UnpackNormal(packed[side], n);
+    nx[side] = n[0];
+    ny[side] = n[1];
+    nz[side] = n[2];
+  }
+}
+
 HWY_INLINE VF ComparedWeight(VF cosine, VF expected, VF found, VF own) {
   const DF d;
   const VF deviation = hn::Div(hn::Abs(hn::Sub(expected, found)), own);
@@ -51,13 +98,14 @@ inline void CoarseRow(const GuidePlanes& g, int by, const RowScratch& scratch, i
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const int blocks = CoarseSize(g.id.width());
+  const bool packed_normals = g.packs_normals();
   const auto load = [&](const Image1& plane, int bx) HWY_ATTR __attribute__((always_inline)) {
     return LoadBlocks(plane.Row(2 * by), plane.Row(2 * by + 1), bx);
   };
   for (int bx = 0; bx < blocks; bx += LaneCount()) {
     const BlockValues inverse = load(g.inverse_depth, bx);
-    const BlockValues normal[3] = {load(g.normal[0], bx), load(g.normal[1], bx),
-                                   load(g.normal[2], bx)};
+    BlockValues normal[3];
+    LoadBlockNormals(g, packed_normals, by, bx, normal);
     const BlockValues gradient[2] = {load(g.gradient[0], bx), load(g.gradient[1], bx)};
     VF own = inverse.pixel[0];
     VF n[3] = {normal[0].pixel[0], normal[1].pixel[0], normal[2].pixel[0]};
@@ -121,6 +169,7 @@ inline void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, in
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
   const int blocks = CoarseSize(guides.id.width());
+  const bool packed_normals = guides.packs_normals();
   const BlocksBeside beside(y);
   const auto load = [&](const Image1& plane, int bx, VF* sides) HWY_ATTR
       __attribute__((always_inline)) {
@@ -129,9 +178,7 @@ inline void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, in
   for (int bx = 0; bx < blocks; bx += LaneCount()) {
     VF inverse[2], nx[2], ny[2], nz[2], gx[2], gy[2];
     load(guides.inverse_depth, bx, inverse);
-    load(guides.normal[0], bx, nx);
-    load(guides.normal[1], bx, ny);
-    load(guides.normal[2], bx, nz);
+    LoadSideNormals(guides, packed_normals, y, bx, nx, ny, nz);
     load(guides.gradient[0], bx, gx);
     load(guides.gradient[1], bx, gy);
     for (int side = 0; side < 2; ++side) {

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 
+#include "denoise/simd/normal_window.h"
 #include "denoise/simd/vector_math-inl.h"
 #include "denoise/stages/edge_stopping_shared.h"
 
@@ -72,12 +73,18 @@ struct GuideRow {
   const float* turn2;  ///< nullptr: the normal weight does not depend on it
 };
 
+/// \param normals  of this row
 template <Depths kDepths = Depths::kEither>
-HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const EdgeStopping& e, int y) {
-  return {g.normal[0].Row(y),   g.normal[1].Row(y),
-          g.normal[2].Row(y),   (IsPlane<kDepths>(e) ? g.inverse_depth : g.depth).Row(y),
-          g.gradient[0].Row(y), g.gradient[1].Row(y),
-          g.id.Row(y),          e.curvature > 0 ? g.turn2.Row(y) : nullptr};
+HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const NormalRows& normals,
+                               const EdgeStopping& e, int y) {
+  return {normals.x,
+          normals.y,
+          normals.z,
+          (IsPlane<kDepths>(e) ? g.inverse_depth : g.depth).Row(y),
+          g.gradient[0].Row(y),
+          g.gradient[1].Row(y),
+          g.id.Row(y),
+          e.curvature > 0 ? g.turn2.Row(y) : nullptr};
 }
 
 template <Depths kDepths = Depths::kEither>

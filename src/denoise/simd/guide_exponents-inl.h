@@ -35,6 +35,7 @@ HWY_INLINE VF LogCosine(VF cosine) {
 }
 
 /// Exponent of the normal weight at one tap, plus the bias.
+/// \param q  of the tap in the rows of normals
 template <Normals kNormals>
 HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF bias,
                                float sigma_n) {
@@ -56,11 +57,13 @@ HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_
 
 /// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
 /// the tap.
+/// \param normal_q  of the tap in the rows of normals
 template <Normals kNormals>
-HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF expected,
-                            VF depth_scale, VF bias, float sigma_n) {
+HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q,
+                            ptrdiff_t normal_q, VF expected, VF depth_scale, VF bias,
+                            float sigma_n) {
   const DF d;
-  const VF exponent = NormalExponentAt<kNormals>(g, c, q, bias, sigma_n);
+  const VF exponent = NormalExponentAt<kNormals>(g, c, normal_q, bias, sigma_n);
   const VF deviation = hn::Abs(hn::Sub(expected, hn::LoadU(d, g.depth + q)));
   return hn::NegMulAdd(deviation, depth_scale, exponent);
 }
@@ -138,8 +141,9 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
         }
         for (int side = 0; side < 2; ++side) {
           const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
-          VF exponent =
-              GuideExponent<kNormals>(guide, c, q, expected[side], scale, bias, edges.sigma_n);
+          const ptrdiff_t normal_q = x + (side == 0 ? pair.normal_distance : -pair.normal_distance);
+          VF exponent = GuideExponent<kNormals>(guide, c, q, normal_q, expected[side], scale, bias,
+                                                edges.sigma_n);
           if (test_id) {
             const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
             exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
@@ -164,7 +168,8 @@ HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edge
     for (int side = 0; side < 2; ++side) {
       const float sign = side == 0 ? 1.0f : -1.0f;
       const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
-      VF exponent = NormalExponentAt<kNormals>(guide, c, q, bias, edges.sigma_n);
+      const ptrdiff_t normal_q = x + (side == 0 ? pair.normal_distance : -pair.normal_distance);
+      VF exponent = NormalExponentAt<kNormals>(guide, c, normal_q, bias, edges.sigma_n);
       exponent = hn::Sub(exponent, PositionExponent(position, hn::LoadU(d, guide.depth + q),
                                                     sign * pair.dx, sign * pair.dy));
       if (test_id) {

@@ -13,6 +13,7 @@
 
 #include "denoise/row_scratch.h"
 #include "denoise/simd/next_row.h"
+#include "denoise/simd/packed_normal-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 #include "denoise/stages/prepare_guides.h"
@@ -66,6 +67,7 @@ int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, Gu
   const DF d;
   const DU du;
   const int width = in.depth->width();
+  const bool packs_normals = out->packs_normals();
   int64_t bad = 0;
   const auto store = [&](VF v, float* row, Image1* plane, int x) HWY_ATTR {
     StoreInRow(d, v, row, x, width);
@@ -87,10 +89,23 @@ int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, Gu
     const VF scale = hn::Div(one, hn::Sqrt(hn::IfThenElse(surface, length2, one)));
     const VF i = hn::Div(one, hn::IfThenElse(surface, z, one));
     store(hn::IfThenElseZero(surface, i), kept.inverse_depth(y), &out->inverse_depth, x);
-    const VF n[3] = {nx, ny, nz};
-    for (int c = 0; c < 3; ++c) {
-      store(hn::IfThenElseZero(surface, hn::Mul(n[c], scale)), kept.normal(c, y), &out->normal[c],
-            x);
+    VF n[3] = {nx, ny, nz};
+    for (VF& component : n) {
+      component = hn::IfThenElseZero(surface, hn::Mul(component, scale));
+    }
+    if (packs_normals) {  // all of the filter sees the rounded ones
+      const VU packed = PackNormal(n);
+      UnpackNormal(packed, n);
+      for (int c = 0; c < 3; ++c) {
+        StoreInRow(d, n[c], kept.normal(c, y), x, width);
+      }
+      if constexpr (kWritten) {
+        StreamInRow(du, packed, out->packed_normal.Row(y), x, width);
+      }
+    } else {
+      for (int c = 0; c < 3; ++c) {
+        store(n[c], kept.normal(c, y), &out->normal[c], x);
+      }
     }
     const VU given = in.id != nullptr ? hn::LoadU(du, in.id->Row(y) + x) : hn::Zero(du);
     const VU id = hn::IfThenElseZero(hn::RebindMask(du, surface), given);
@@ -172,6 +187,7 @@ inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& ou
   AddStreamed(out.inverse_depth, y, &next);
   AddStreamed(out.depth, y, &next);
   AddStreamed(out.normal, y, &next);
+  AddStreamed(out.packed_normal, y, &next);
   AddStreamed(out.id, y, &next);
   AddStreamed(out.gradient, y, &next);
   AddStreamed(out.turn2, y, &next);

@@ -14,7 +14,8 @@ struct TapPair {
   float dx;
   float dy;
   float log2_kernel;
-  ptrdiff_t distance;  ///< in the planes, of the first; the second is at -distance
+  ptrdiff_t distance;         ///< in the planes, of the first; the second is at -distance
+  ptrdiff_t normal_distance;  ///< likewise in the normals, which may be in rows of their own
 };
 
 /// All taps but the centre.
@@ -30,7 +31,9 @@ struct TapPairs {
 ///     outer product
 /// \param step         between taps, pixels
 /// \param stride       of the planes
-inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdiff_t stride) {
+/// \param normal_rows  distance of rows of normals that are `step` apart: NormalWindow::RowDistance
+inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdiff_t stride,
+                             ptrdiff_t normal_rows) {
   const int radius = static_cast<int>(log2_kernel.size()) - 1;
   TapPairs taps;
   for (int j = 0; j <= radius; ++j) {
@@ -38,7 +41,7 @@ inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdi
       const auto across = static_cast<size_t>(i < 0 ? -i : i);
       taps.pair[taps.count++] = {static_cast<float>(i * step), static_cast<float>(j * step),
                                  log2_kernel[across] + log2_kernel[static_cast<size_t>(j)],
-                                 j * step * stride + i * step};
+                                 j * step * stride + i * step, j * normal_rows + i * step};
     }
   }
   return taps;

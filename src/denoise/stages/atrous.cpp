@@ -5,7 +5,7 @@
 // exponential; the guides' part is computed once for all signals. Taps come in pairs at opposite
 // offsets, which share the tolerance of the slope. All planes have one stride, so that a tap has
 // the same offset in all of them; normals in the border are zero, which makes every weight there
-// zero without a test.
+// zero without a test. Packed normals are unpacked row by row before.
 #include "denoise/stages/atrous.h"
 
 #include <span>
@@ -14,6 +14,7 @@
 #include "core/parallel.h"
 #include "denoise/row_scratch.h"
 #include "denoise/simd/next_row.h"
+#include "denoise/simd/normal_window.h"
 #include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -25,6 +26,7 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
+#include "denoise/simd/packed_normal-inl.h"
 #include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -43,6 +45,7 @@ struct AtrousPass {
   const AtrousParameters* parameters;
   TapPairs taps;
   float centre_kernel;
+  NormalRows normals = {};  ///< of the row in progress
 };
 
 /// The i-th row in an order in which rows of the same residue modulo `step` are consecutive, so
@@ -276,7 +279,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   // Copies, so that compilers need not reload them after stores.
   const EdgeStopping edges = pass.parameters->edges;
   const TapPairs taps = WithBias(pass.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, edges, y);
+  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
   const bool test_id = kTestId && pass.parameters->wavelet_id != 0;
   const int width = pass.guides->id.width();
   const NextGuides next = NextGuidesOf(pass, false, y);
@@ -386,7 +389,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const VF one = hn::Set(d, 1.0f);
   const EdgeStopping edges = pass.parameters->edges;
   const TapPairs taps = WithBias(pass.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, edges, y);
+  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
   const int width = pass.guides->id.width();
   SignalRow rows[kMostSignals];
   OutputRow outputs[kMostSignals];
@@ -437,7 +440,7 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
   const DU du;
   const AtrousParameters& p = *pass.parameters;
   const GuidePlanes& g = *pass.guides;
-  const GuideRow guide = GuideRowOf(g, p.edges, y);
+  const GuideRow guide = GuideRowOf(g, pass.normals, p.edges, y);
   const float* inverse_depth = g.inverse_depth.Row(y);
   const SignalRow row = RowOf(signal, y);
   const int width = g.id.width();
@@ -456,15 +459,16 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
     const VF zero = hn::Zero(d);
     Sums sums = {zero, zero, zero, zero, zero};
     AddTap(row, x, WherePresent(row, x, hn::Set(d, pass.centre_kernel)), luminance, &sums);
-    const auto add_tap = [&](ptrdiff_t distance, float dx, float dy, float log2_kernel) HWY_ATTR
-        __attribute__((always_inline)) {
+    const auto add_tap = [&](ptrdiff_t distance, ptrdiff_t normal_distance, float dx, float dy,
+                             float log2_kernel) HWY_ATTR __attribute__((always_inline)) {
       const ptrdiff_t q = x + distance;
+      [[maybe_unused]] const ptrdiff_t normal_q = x + normal_distance;
       const VF l = hn::LoadU(d, row.luminance + q);
       VF exponent = hn::Set(d, log2_kernel);
       if constexpr (kEaw) {
-        const VF ex = hn::Sub(c.nx, hn::LoadU(d, guide.nx + q));
-        const VF ey = hn::Sub(c.ny, hn::LoadU(d, guide.ny + q));
-        const VF ez = hn::Sub(c.nz, hn::LoadU(d, guide.nz + q));
+        const VF ex = hn::Sub(c.nx, hn::LoadU(d, guide.nx + normal_q));
+        const VF ey = hn::Sub(c.ny, hn::LoadU(d, guide.ny + normal_q));
+        const VF ez = hn::Sub(c.nz, hn::LoadU(d, guide.nz + normal_q));
         const VF n2 = hn::MulAdd(ex, ex, hn::MulAdd(ey, ey, hn::Mul(ez, ez)));
         const VF dl = hn::Sub(luminance, l);
         exponent = hn::NegMulAdd(hn::Mul(dl, dl), eaw_l, exponent);
@@ -485,8 +489,8 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
     };
     for (int i = 0; i < pass.taps.count; ++i) {
       const TapPair& pair = pass.taps.pair[i];
-      add_tap(pair.distance, pair.dx, pair.dy, pair.log2_kernel);
-      add_tap(-pair.distance, -pair.dx, -pair.dy, pair.log2_kernel);
+      add_tap(pair.distance, pair.normal_distance, pair.dx, pair.dy, pair.log2_kernel);
+      add_tap(-pair.distance, -pair.normal_distance, -pair.dx, -pair.dy, pair.log2_kernel);
     }
     Finish(row, OutputOf(signal, y), sums, hn::Gt(c.i, zero), x, width);
   }
@@ -577,8 +581,12 @@ void AtrousRow(const AtrousPass& pass, int y) {
 void AtrousRows(const AtrousPass& pass, int begin, int end) {
   const TinyIsZero tiny_is_zero;
   const int height = pass.guides->id.height();
+  NormalWindow window(*pass.guides, pass.level->step, pass.level->radius);
+  AtrousPass of_row = pass;
   for (int i = begin; i < end; ++i) {
-    AtrousRow(pass, RowInOrder(i, pass.level->step, height));
+    const int y = RowInOrder(i, pass.level->step, height);
+    of_row.normals = NormalsAround(*pass.guides, y, &window);
+    AtrousRow(of_row, y);
   }
   FinishStreams();
 }
@@ -600,19 +608,20 @@ AtrousPass MakePass(std::span<const AtrousSignal> signals, const GuidePlanes& gu
   constexpr float kLog2Kernel3[2] = {-1.0f, -2.0f};
   constexpr float kLog2Kernel5[3] = {-1.41503750f, -2.0f, -4.0f};
   const ptrdiff_t stride = guides.inverse_depth.stride();
+  const ptrdiff_t normal_rows = NormalWindow::RowDistance(guides, level.step, level.radius);
   const bool small = level.radius == 1;
   AtrousPass pass;
   pass.signals = signals;
   pass.guides = &guides;
   pass.level = &level;
   pass.parameters = &p;
-  pass.taps = small ? MakeTapPairs(kLog2Kernel3, level.step, stride)
-                    : MakeTapPairs(kLog2Kernel5, level.step, stride);
+  pass.taps = small ? MakeTapPairs(kLog2Kernel3, level.step, stride, normal_rows)
+                    : MakeTapPairs(kLog2Kernel5, level.step, stride, normal_rows);
   pass.centre_kernel = small ? 0.25f : 9.0f / 64.0f;
   if (level.box) {
     constexpr float kLog2OfOnes[3] = {};
     pass.taps = MakeTapPairs(std::span(kLog2OfOnes).first(static_cast<size_t>(level.radius) + 1),
-                             level.step, stride);
+                             level.step, stride, normal_rows);
     pass.centre_kernel = 1;
   }
   return pass;

@@ -7,8 +7,8 @@
 /// (sum(h w))^2. Pixels without light are skipped as taps and filled as centres; they are taps of
 /// later levels. Pixels without a surface pass through. Border: step * radius. Departs: uses the
 /// normalised form of the variance, where PSVGF prints w^2 Var. Signals share the weights of the
-/// guides; kAtrousGeometry has no others. Reads 24 bytes of guides and 16 to 24 per signal and
-/// pixel (every tap again, from cache), writes 16 per signal.
+/// guides; kAtrousGeometry has no others. Reads 24 bytes of guides, or 16 with packed normals, and
+/// 16 to 24 per signal and pixel (every tap again, from cache), writes 16 per signal.
 #pragma once
 
 #include <span>

@@ -27,8 +27,8 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   if (level.weights != kAtrousGeometry && p.wavelet_id != 0 && g.id(x, y) != g.id(qx, qy)) {
     return 0;
   }
-  const vec3 np = {g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)};
-  const vec3 nq = {g.normal[0](qx, qy), g.normal[1](qx, qy), g.normal[2](qx, qy)};
+  const vec3 np = NormalAt(g, x, y);
+  const vec3 nq = NormalAt(g, qx, qy);
   const float ip = g.inverse_depth(x, y);
   const float iq = g.inverse_depth(qx, qy);
   const vec2 slope = {g.gradient[0](x, y), g.gradient[1](x, y)};

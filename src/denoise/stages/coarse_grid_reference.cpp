@@ -7,10 +7,6 @@
 namespace stillray::reference {
 namespace {
 
-vec3 NormalAt(const GuidePlanes& g, int x, int y) {
-  return {g.normal[0](x, y), g.normal[1](x, y), g.normal[2](x, y)};
-}
-
 /// The inverse depth that the surface at a pixel has `dx`, `dy` pixels away.
 float ExpectedAt(const GuidePlanes& g, int x, int y, float dx, float dy) {
   return g.inverse_depth(x, y) + (g.gradient[0](x, y) * dx + g.gradient[1](x, y) * dy);
@@ -47,8 +43,9 @@ void StoreCoarse(const GuidePlanes& g, const Block& block, int bx, int by, Guide
   const float dy = 2 * static_cast<float>(by) + 0.5f - static_cast<float>(block.y);
   const float centre = ExpectedAt(g, block.x, block.y, dx, dy);
   coarse->inverse_depth(bx, by) = centre > 0 ? centre : own;
+  const vec3 normal = NormalAt(g, block.x, block.y);
   for (int c = 0; c < 3; ++c) {
-    coarse->normal[c](bx, by) = g.normal[c](block.x, block.y);
+    coarse->normal[c](bx, by) = normal[c];
   }
   for (int c = 0; c < 2; ++c) {
     coarse->gradient[c](bx, by) = 2 * g.gradient[c](block.x, block.y);

@@ -7,6 +7,7 @@
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/simd/next_row.h"
+#include "denoise/simd/normal_window.h"
 #include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -18,6 +19,7 @@
 
 #include "denoise/simd/edge_stopping-inl.h"
 #include "denoise/simd/guide_exponents-inl.h"
+#include "denoise/simd/packed_normal-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ESTIMATE_VARIANCE_ONCE
@@ -138,9 +140,10 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
                         hn::Set(d, kUnknownVariance), estimate);
 }
 
-HWY_INLINE void FindWeights(const Estimates& e, int x, int y, TapVectors& weights) {
+HWY_INLINE void FindWeights(const Estimates& e, const NormalRows& normals, int x, int y,
+                            TapVectors& weights) {
   const EdgeStopping& edges = e.p.edges;
-  const GuideRow guide = GuideRowOf(e.guides, edges, y);
+  const GuideRow guide = GuideRowOf(e.guides, normals, edges, y);
   const GuideCentre centre = LoadGuideCentre(guide, edges, x);
   const TapSlots slots = SlotsOf(weights);
   if (edges.depth_weight_position != 0) {
@@ -209,6 +212,7 @@ uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
   const DF d;
   const TapPairs taps = WithBias(all.taps, all.p.edges);
   const Estimates e = {all.signals, all.guides, all.p, taps};
+  NormalWindow window(all.guides, 1, all.p.short_history_radius);
   uint32_t incomplete = 0;
   const int width = e.guides.id.width();
   HWY_ALIGN TapVectors weights;
@@ -224,7 +228,7 @@ uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
         incomplete |= hn::AllFalse(d, temporal.missing) ? 0u : 1u << i;
         if (e.p.short_history_spatial != 0 && !hn::AllFalse(d, temporal.is_short)) {
           if (!has_weights) {
-            FindWeights(e, x, y, weights);
+            FindWeights(e, NormalsAround(e.guides, y, &window), x, y, weights);
             has_weights = true;
           }
           result = hn::IfThenElse(temporal.is_short, ShortHistoryVariance(e, signal, weights, x, y),
@@ -253,7 +257,8 @@ void EstimateVariance(std::span<VarianceSignal> signals, const GuidePlanes& guid
   constexpr float kLog2OfOnes[SignalHistory::kBorder + 1] = {};
   STILLRAY_CHECK_LE(p.short_history_radius, SignalHistory::kBorder);
   const std::span<const float> row(kLog2OfOnes, static_cast<size_t>(p.short_history_radius) + 1);
-  const TapPairs taps = MakeTapPairs(row, 1, guides.inverse_depth.stride());
+  const TapPairs taps = MakeTapPairs(row, 1, guides.inverse_depth.stride(),
+                                     NormalWindow::RowDistance(guides, 1, p.short_history_radius));
   const Estimates estimates = {signals, guides, p, taps};
   std::atomic<uint32_t> incomplete = 0;
   ParallelRows(guides.id.height(), 16, [&](int y0, int y1) {

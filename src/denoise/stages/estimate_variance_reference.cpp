@@ -27,9 +27,7 @@ float SpatialVariance(const SignalHistory& h, const GuidePlanes& g,
           !(h.length(qx, qy) > 0) || !(g.inverse_depth(qx, qy) > 0)) {
         continue;
       }
-      const float cosine = g.normal[0](x, y) * g.normal[0](qx, qy) +
-                           g.normal[1](x, y) * g.normal[1](qx, qy) +
-                           g.normal[2](x, y) * g.normal[2](qx, qy);
+      const float cosine = dot(NormalAt(g, x, y), NormalAt(g, qx, qy));
       const vec2 offset = {static_cast<float>(dx), static_cast<float>(dy)};
       const float ip = g.inverse_depth(x, y);
       const float iq = g.inverse_depth(qx, qy);

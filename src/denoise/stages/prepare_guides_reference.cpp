@@ -24,25 +24,25 @@ bool ConvertPixel(const PrepareGuidesInput& in, int x, int y, GuidePlanes* out) 
   const float scale = surface ? 1.0f / sqrt(length2) : 0.0f;
   out->inverse_depth(x, y) = surface ? 1.0f / z : 0.0f;
   out->depth(x, y) = surface ? z : 0.0f;
-  for (int c = 0; c < 3; ++c) {
-    out->normal[c](x, y) = surface ? n[c] * scale : 0.0f;
+  const vec3 unit = surface ? n * scale : vec3(0.0f);
+  if (out->packs_normals()) {
+    out->packed_normal(x, y) = PackNormal(unit);
+  }
+  for (int c = 0; c < 3 && !out->packs_normals(); ++c) {
+    out->normal[c](x, y) = unit[c];
   }
   out->id(x, y) = surface && in.id != nullptr ? (*in.id)(x, y) : 0u;
   return !(z > 0) || !finite_normal;
 }
 
 bool SameSlope(const GuidePlanes& g, int x, int y, int x2, int y2) {
-  const float cosine = g.normal[0](x, y) * g.normal[0](x2, y2) +
-                       g.normal[1](x, y) * g.normal[1](x2, y2) +
-                       g.normal[2](x, y) * g.normal[2](x2, y2);
+  const float cosine = dot(NormalAt(g, x, y), NormalAt(g, x2, y2));
   return cosine >= kGradientMinCosine && g.id(x, y) == g.id(x2, y2);
 }
 
 float TurnAt(const GuidePlanes& g, int x, int y) {
   const auto cosine = [&](int dx, int dy) {
-    return g.normal[0](x, y) * g.normal[0](x + dx, y + dy) +
-           g.normal[1](x, y) * g.normal[1](x + dx, y + dy) +
-           g.normal[2](x, y) * g.normal[2](x + dx, y + dy);
+    return dot(NormalAt(g, x, y), NormalAt(g, x + dx, y + dy));
   };
   return SquaredTurn(cosine(-1, 0), cosine(1, 0), cosine(0, -1), cosine(0, 1));
 }

@@ -17,6 +17,7 @@
 #include <hwy/highway.h>
 
 #include "denoise/simd/fetch_taps-inl.h"
+#include "denoise/simd/packed_normal-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -61,6 +62,7 @@ HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF 
 
 /// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), is in the picture and
 /// shows the same surface.
+template <bool kPacked>
 HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int cy, VI bx, VI by,
                          const ReprojectParameters& p) {
   const DF d;
@@ -76,9 +78,17 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int
   const auto load = [&](const Image1& plane)
                         HWY_ATTR { return hn::GatherIndex(d, plane.Row(0), at); };
   TapGuides tap;
-  tap.nx = load(before.normal[0]);
-  tap.ny = load(before.normal[1]);
-  tap.nz = load(before.normal[2]);
+  if constexpr (kPacked) {
+    VF n[3];
+    UnpackNormal(hn::GatherIndex(DU(), before.packed_normal.Row(0), at), n);
+    tap.nx = n[0];
+    tap.ny = n[1];
+    tap.nz = n[2];
+  } else {
+    tap.nx = load(before.normal[0]);
+    tap.ny = load(before.normal[1]);
+    tap.nz = load(before.normal[2]);
+  }
   tap.i = load(before.inverse_depth);
   tap.id = hn::GatherIndex(DU(), before.id.Row(0), at);
   const VF dx = hn::Sub(hn::ConvertTo(d, tx), t.px);
@@ -88,6 +98,7 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int
 
 /// Rows of the last frame's guides from one pixel on, which are `stride` apart.
 struct GuidesFrom {
+  const uint32_t* packed_normal;  ///< in place of the next three
   const float* nx;
   const float* ny;
   const float* nz;
@@ -96,19 +107,42 @@ struct GuidesFrom {
   ptrdiff_t stride;
 };
 
+template <bool kPacked>
 HWY_INLINE GuidesFrom FromPixel(const GuidePlanes& g, int x, int y) {
-  return {g.normal[0].Row(y) + x,     g.normal[1].Row(y) + x, g.normal[2].Row(y) + x,
-          g.inverse_depth.Row(y) + x, g.id.Row(y) + x,        g.id.stride()};
+  GuidesFrom from = {};
+  if constexpr (kPacked) {
+    from.packed_normal = g.packed_normal.Row(y) + x;
+  } else {
+    from.nx = g.normal[0].Row(y) + x;
+    from.ny = g.normal[1].Row(y) + x;
+    from.nz = g.normal[2].Row(y) + x;
+  }
+  from.i = g.inverse_depth.Row(y) + x;
+  from.id = g.id.Row(y) + x;
+  from.stride = g.id.stride();
+  return from;
 }
 
 /// The same for adjacent taps that are all in the picture; (cx, cy) as numbers is enough.
+template <bool kPacked>
 HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int cy, VF dx, VF dy,
                            const ReprojectParameters& p) {
   const DF d;
   const ptrdiff_t at = cy * from.stride + cx;
-  const TapGuides tap = {hn::LoadU(d, from.nx + at), hn::LoadU(d, from.ny + at),
-                         hn::LoadU(d, from.nz + at), hn::LoadU(d, from.i + at),
-                         hn::LoadU(DU(), from.id + at)};
+  TapGuides tap;
+  if constexpr (kPacked) {
+    VF n[3];
+    UnpackNormal(hn::LoadU(DU(), from.packed_normal + at), n);
+    tap.nx = n[0];
+    tap.ny = n[1];
+    tap.nz = n[2];
+  } else {
+    tap.nx = hn::LoadU(d, from.nx + at);
+    tap.ny = hn::LoadU(d, from.ny + at);
+    tap.nz = hn::LoadU(d, from.nz + at);
+  }
+  tap.i = hn::LoadU(d, from.i + at);
+  tap.id = hn::LoadU(DU(), from.id + at);
   return hn::And(ShowsSameSurface(t, tap, dx, dy, p), t.used);
 }
 
@@ -162,8 +196,10 @@ HWY_INLINE void TurnBack(const RowNow& now, int x, Target* t) {
   t->nz = hn::IfThenElse(given, hn::Mul(pz, scale), t->nz);
 }
 
-GuidesOfRow GuidesOf(const GuidePlanes& g, int y) {
-  return {{g.normal[0].Row(y), g.normal[1].Row(y), g.normal[2].Row(y)},
+/// \param window  room for unpacked normals
+GuidesOfRow GuidesOf(const GuidePlanes& g, int y, NormalWindow* window) {
+  const NormalRows normals = NormalsAround(g, y, window);
+  return {{normals.x, normals.y, normals.z},
           g.inverse_depth.Row(y),
           {g.gradient[0].Row(y), g.gradient[1].Row(y)},
           g.id.Row(y)};
@@ -206,6 +242,7 @@ struct Taps {
   bool between;  ///< some motion is not a whole number of pixels
 };
 
+template <bool kPacked>
 HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
                              const ReprojectParameters& p) {
   const DF d;
@@ -236,16 +273,16 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
     taps.weight[i] = hn::IfThenElseZero(matches, hn::Mul(weight_x[i & 1], weight_y[i >> 1]));
   };
   if (LiesInPicture(block, 0, 1, before.id.width(), before.id.height())) {
-    const GuidesFrom from = FromPixel(before, block.x, block.y);
-    weigh(0, BlockMatches(t, from, 0, 0, dx[0], dy[0], p));
+    const GuidesFrom from = FromPixel<kPacked>(before, block.x, block.y);
+    weigh(0, BlockMatches<kPacked>(t, from, 0, 0, dx[0], dy[0], p));
     if (taps.between) {
-      weigh(1, BlockMatches(t, from, 1, 0, dx[1], dy[0], p));
-      weigh(2, BlockMatches(t, from, 0, 1, dx[0], dy[1], p));
-      weigh(3, BlockMatches(t, from, 1, 1, dx[1], dy[1], p));
+      weigh(1, BlockMatches<kPacked>(t, from, 1, 0, dx[1], dy[0], p));
+      weigh(2, BlockMatches<kPacked>(t, from, 0, 1, dx[0], dy[1], p));
+      weigh(3, BlockMatches<kPacked>(t, from, 1, 1, dx[1], dy[1], p));
     }
   } else {
     for (int i = 0; i < count; ++i) {
-      weigh(i, TapMatches(t, before, i & 1, i >> 1, taps.x, taps.y, p));
+      weigh(i, TapMatches<kPacked>(t, before, i & 1, i >> 1, taps.x, taps.y, p));
     }
   }
   taps.sum =
@@ -255,6 +292,7 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
 
 /// Tests the 3x3 block around the positions of the pixels that are `lost`: \return bits of the taps
 /// that show the same surface
+template <bool kPacked>
 HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
                              const ReprojectParameters& p, MF lost, VI* x, VI* y) {
   const DF d;
@@ -265,7 +303,7 @@ HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
   const VI cy = hn::Sub(hn::ConvertTo(di, hn::Floor(hn::Add(t.py, half))), hn::Set(di, 1));
   VU search = hn::Zero(du);
   for (int i = 0; i < 9; ++i) {
-    const MF matches = hn::And(lost, TapMatches(t, before, i % 3, i / 3, cx, cy, p));
+    const MF matches = hn::And(lost, TapMatches<kPacked>(t, before, i % 3, i / 3, cx, cy, p));
     search = hn::Or(search, hn::IfThenElseZero(hn::RebindMask(du, matches), hn::Set(du, 1u << i)));
   }
   *x = hn::IfThenElse(hn::RebindMask(di, lost), cx, *x);
@@ -273,6 +311,8 @@ HWY_NOINLINE VU SearchAround(const Target& t, const GuidePlanes& before,
   return search;
 }
 
+/// \tparam kPacked  `before` has packed normals
+template <bool kPacked>
 void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
                const ReprojectParameters& p, int y, NextRow<32> next, ReprojectionTaps* out) {
   const DF d;
@@ -293,6 +333,7 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
   const int there = RowSeen(y, motion[1](width / 2, y));
   next.Add(motion, y + 1);
   next.Add(before.normal, there + 2);
+  next.Add(before.packed_normal, there + 2);
   next.Add(before.inverse_depth, there + 2);
   next.Add(before.id, there + 2);
   AddStreamed(out->x, y + 1, &next);
@@ -304,14 +345,14 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
     const Target t = LoadTarget(row, x, y, width, height);
-    Taps taps = FindBilinear(t, before, p);
+    Taps taps = FindBilinear<kPacked>(t, before, p);
     // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
     const MF found = hn::Gt(taps.sum, hn::Set(d, 0.01f));
     const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, taps.sum, one)));
     VU search = hn::Zero(du);
     const MF lost = hn::AndNot(found, t.used);
     if (p.history_search != 0 && !hn::AllFalse(d, lost)) {
-      search = SearchAround(t, before, p, lost, &taps.x, &taps.y);
+      search = SearchAround<kPacked>(t, before, p, lost, &taps.x, &taps.y);
     }
     const MF own = hn::RebindMask(
         d, hn::And(hn::Eq(taps.x, ColumnNumbers(x)), hn::Eq(taps.y, hn::Set(di, y))));
@@ -345,15 +386,24 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
   out->scattered[static_cast<size_t>(y)] = scattered;
 }
 
+void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& motion,
+               const ReprojectParameters& p, int y, const NextRow<32>& next,
+               ReprojectionTaps* out) {
+  before.packs_normals() ? TapsOfRow<true>(now, before, motion, p, y, next, out)
+                         : TapsOfRow<false>(now, before, motion, p, y, next, out);
+}
+
 void FindTapsRows(const GuidePlanes& now, const GuidePlanes& before, const Image2& motion,
                   const ReprojectParameters& p, int y0, int y1, ReprojectionTaps* taps) {
+  NormalWindow window(now, 1, 0);
   for (int y = y0; y < y1; ++y) {
     NextRow<32> next;
     next.Add(now.normal, y + 1);
+    next.Add(now.packed_normal, y + 1);
     next.Add(now.inverse_depth, y + 1);
     next.Add(now.gradient, y + 1);
     next.Add(now.id, y + 1);
-    TapsOfRow(GuidesOf(now, y), before, motion, p, y, next, taps);
+    TapsOfRow(GuidesOf(now, y, &window), before, motion, p, y, next, taps);
   }
   FinishStreams();
 }

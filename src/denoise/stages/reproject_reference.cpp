@@ -17,8 +17,7 @@ bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y,
   const vec2 g = {now.gradient[0](x, y), now.gradient[1](x, y)};
   const float expected = now.inverse_depth(x, y) + g.x * (static_cast<float>(tx) - place.x) +
                          g.y * (static_cast<float>(ty) - place.y);
-  const float cosine = normal.x * before.normal[0](tx, ty) + normal.y * before.normal[1](tx, ty) +
-                       normal.z * before.normal[2](tx, ty);
+  const float cosine = dot(normal, NormalAt(before, tx, ty));
   return IsSameSurface(expected, before.inverse_depth(tx, ty), g, cosine, now.id(x, y),
                        before.id(tx, ty), p.history_depth, p.history_normal_cosine,
                        p.history_id != 0);
@@ -48,8 +47,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       if (!near_picture || !surface) {
         continue;
       }
-      const vec3 normal =
-          taps->NormalBefore({now.normal[0](x, y), now.normal[1](x, y), now.normal[2](x, y)}, x, y);
+      const vec3 normal = taps->NormalBefore(NormalAt(now, x, y), x, y);
       const bool nearest = p.history_taps_nearest != 0;
       const float fx = FirstTap(place.x, nearest);
       const float fy = FirstTap(place.y, nearest);

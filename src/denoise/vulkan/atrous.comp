@@ -13,15 +13,15 @@
 #include "denoise/vulkan/edge_stopping.glsl"
 #include "denoise/vulkan/luminance_factor.glsl"
 
-layout(constant_id = 0) const int kWeights = kAtrousSvgf;
-layout(constant_id = 1) const int kRadius = 2;
-layout(constant_id = 2) const int kSignals = 1;
-layout(constant_id = 4) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
-layout(constant_id = 5) const int kSumsOnly = 0;  // 1: writes the sums of weights, for an output
-layout(constant_id = 3) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
-layout(constant_id = 6) const int kEdgeKinds = 0;  // STILLRAY_ATROUS_...: kinds of weights
+layout(constant_id = 1) const int kWeights = kAtrousSvgf;
+layout(constant_id = 2) const int kRadius = 2;
+layout(constant_id = 3) const int kSignals = 1;
+layout(constant_id = 5) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
+layout(constant_id = 6) const int kSumsOnly = 0;  // 1: writes the sums of weights, for an output
+layout(constant_id = 4) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
+layout(constant_id = 7) const int kEdgeKinds = 0;  // STILLRAY_ATROUS_...: kinds of weights
 #ifdef STILLRAY_TILE
-layout(constant_id = 7) const int kResidues = 1;  // residue classes of a group; divides the step
+layout(constant_id = 8) const int kResidues = 1;  // residue classes of a group; divides the step
 #endif
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;

@@ -8,24 +8,36 @@
 #include "core/shared.h"
 #include "core/colour_shared.h"
 #include "core/negative_limit_shared.h"
-#include "denoise/vulkan/octahedral_shared.h"
+#include "denoise/octahedral_shared.h"
 
-// Formats of images between stages. With STILLRAY_HALF light takes 8 bytes per pixel and normals 4;
-// without, precision is that of the CPU.
+// Formats of images between stages. With STILLRAY_HALF light takes 8 bytes per pixel; without,
+// precision is that of the CPU.
 #ifdef STILLRAY_HALF
 #define LIGHT_FORMAT rgba16f
 #define SCALAR_FORMAT r16f
 #define FRACTION_FORMAT r16
-#define SURFACE_FORMAT rg32ui
+#define DETAIL_FORMAT rg32ui
 const float kMostLight = 65504.0f;
 const float kMostLength = 2048.0f;  // halves cannot represent 2049
 #else
 #define LIGHT_FORMAT rgba32f
 #define SCALAR_FORMAT r32f
 #define FRACTION_FORMAT r32f
-#define SURFACE_FORMAT rgba32ui
+#define DETAIL_FORMAT rgba32ui
 const float kMostLight = 3e38f;
 const float kMostLength = 16777216.0f;
+#endif
+
+// Normals of surfaces: octahedral in 32 bits, or three floats. Every shader that reads surfaces
+// takes either, by the constant. An image that is written has a declared format: shaders that write
+// surfaces are compiled once more, with STILLRAY_OTHER_NORMALS, for the normals that are unusual
+// with the precision.
+#if defined(STILLRAY_HALF) != defined(STILLRAY_OTHER_NORMALS)
+#define SURFACE_FORMAT rg32ui
+layout(constant_id = 0) const bool kOctahedralNormals = true;
+#else
+#define SURFACE_FORMAT rgba32ui
+layout(constant_id = 0) const bool kOctahedralNormals = false;
 #endif
 
 #ifndef LOCAL_SIZE_X
@@ -116,20 +128,18 @@ struct Detail {
 Surface UnpackSurface(uvec4 packed_surface) {
   Surface s;
   s.inverse_depth = uintBitsToFloat(packed_surface.x);
-#ifdef STILLRAY_HALF
-  s.normal =
-      s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y)) : vec3(0.0f);
-#else
-  s.normal = uintBitsToFloat(packed_surface.yzw);
-#endif
+  if (kOctahedralNormals) {
+    s.normal =
+        s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y)) : vec3(0.0f);
+  } else {
+    s.normal = uintBitsToFloat(packed_surface.yzw);
+  }
   return s;
 }
 uvec4 PackSurface(Surface s) {
-#ifdef STILLRAY_HALF
-  return uvec4(floatBitsToUint(s.inverse_depth), packSnorm2x16(OctahedralEncode(s.normal)), 0u, 0u);
-#else
-  return uvec4(floatBitsToUint(s.inverse_depth), floatBitsToUint(s.normal));
-#endif
+  uint i = floatBitsToUint(s.inverse_depth);
+  return kOctahedralNormals ? uvec4(i, packSnorm2x16(OctahedralEncode(s.normal)), 0u, 0u)
+                            : uvec4(i, floatBitsToUint(s.normal));
 }
 
 // The slope relative to the inverse depth, for any unit of length, in 20 bits a component (sign, 5

@@ -50,7 +50,8 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   const VkFormat light = half ? VK_FORMAT_R16G16B16A16_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
   const VkFormat scalar = half ? VK_FORMAT_R16_SFLOAT : VK_FORMAT_R32_SFLOAT;
   const VkFormat fraction = half ? VK_FORMAT_R16_UNORM : VK_FORMAT_R32_SFLOAT;
-  const VkFormat guide = half ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32G32B32A32_UINT;
+  const VkFormat surface = shape.octahedral ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32G32B32A32_UINT;
+  const VkFormat detail = half ? VK_FORMAT_R32G32_UINT : VK_FORMAT_R32G32B32A32_UINT;
   const int n = shape.signals;
   Adder adder(shape, arena);
   FrameImages images;
@@ -77,14 +78,14 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.luminance_factor =
       shape.luminance_factors ? adder.Picture(scalar, n) : images.nothing_scalar;
   for (GuideImages* guides : {&images.guides, &images.previous_guides}) {
-    guides->surface = adder.Picture(guide, 0);
-    guides->detail = adder.Picture(guide, 0);
+    guides->surface = adder.Picture(surface, 0);
+    guides->detail = adder.Picture(detail, 0);
   }
   if (shape.with_coarse) {
     const int width = (shape.width + 1) / 2;
     const int height = (shape.height + 1) / 2;
-    images.coarse.surface = adder.Add(guide, width, height, 0);
-    images.coarse.detail = adder.Add(guide, width, height, 0);
+    images.coarse.surface = adder.Add(surface, width, height, 0);
+    images.coarse.detail = adder.Add(detail, width, height, 0);
     images.compared[0] = adder.Add(light, width, height, n);
     images.compared[1] = adder.Add(light, width, height, n);
     if (shape.with_compressed) {

@@ -23,6 +23,7 @@ struct Shape {
   bool clamps_fireflies = false;
   bool luminance_factors = true;  ///< the wavelet has luminance weights
   Storage storage = Storage::kHalf;
+  bool octahedral = true;  ///< normals of surfaces
 
   friend bool operator==(const Shape&, const Shape&) = default;
 };

@@ -202,7 +202,8 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   if (o.timed) {
     STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks));
   }
-  made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, &made->sets_);
+  made->pipelines_ =
+      std::make_unique<Pipelines>(context, o.storage, made->shape_.octahedral, &made->sets_);
   STILLRAY_RETURN_IF_ERROR(made->MakePipelines(o.settings));
   if (o.fills_guides) {
     STILLRAY_RETURN_IF_ERROR(made->MakeFillGuidesPass(FillGuidesOptions(o)));

@@ -16,7 +16,7 @@ layout(set = 1, binding = 2) uniform texture2DArray moments;
 layout(set = 1, binding = 3) uniform texture2DArray light;
 layout(set = 1, binding = 4) uniform texture2DArray begun;  // light_out of the first time
 layout(set = 1, binding = 5, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
-layout(set = 1, binding = 6, SURFACE_FORMAT) writeonly uniform uimage2D detail_out;
+layout(set = 1, binding = 6, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {

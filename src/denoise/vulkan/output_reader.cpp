@@ -75,16 +75,18 @@ Result<std::unique_ptr<OutputReader>> OutputReader::Create(const gpu::DeviceCont
   const auto pixels =
       static_cast<VkDeviceSize>(shape.width) * static_cast<VkDeviceSize>(shape.height);
   const VkDeviceSize bytes_of_light = shape.storage == Storage::kHalf ? 8 : 16;
+  const VkDeviceSize bytes_of_surface = shape.octahedral ? 8 : 16;
   for (const std::string& name : made->names_) {
     for (const char* source : SourcesOf(name)) {
       if (made->kept_.contains(source)) {
         continue;
       }
-      const VkDeviceSize layers = IsPicture(source) || std::string_view(source) == "surface"
-                                      ? 1
-                                      : static_cast<VkDeviceSize>(shape.signals);
+      const bool is_surface = std::string_view(source) == "surface";
+      const VkDeviceSize layers =
+          IsPicture(source) || is_surface ? 1 : static_cast<VkDeviceSize>(shape.signals);
+      const VkDeviceSize texel = is_surface ? bytes_of_surface : bytes_of_light;
       const Result<const gpu::Buffer*> buffer =
-          made->arena_.AddBuffer(pixels * layers * bytes_of_light, 0, gpu::BufferPlace::kDownload);
+          made->arena_.AddBuffer(pixels * layers * texel, 0, gpu::BufferPlace::kDownload);
       STILLRAY_RETURN_IF_ERROR(buffer.status());
       made->kept_[source] = {*buffer, false};
     }
@@ -153,7 +155,7 @@ void OutputReader::ReadPicture(const std::string& name, const FrameState& state,
 void OutputReader::ReadDisocclusion(bool had_history, NamedImage* out) const {
   Image1 mask(shape_.width, shape_.height);
   const auto* surface = static_cast<const uint32_t*>(kept_.find("surface")->second.buffer->mapped);
-  const size_t words = shape_.storage == Storage::kHalf ? 2 : 4;
+  const size_t words = shape_.octahedral ? 2 : 4;
   for (int y = 0; y < shape_.height; ++y) {
     for (int x = 0; x < shape_.width; ++x) {
       const size_t i =

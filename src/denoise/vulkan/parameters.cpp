@@ -68,6 +68,7 @@ Shape ShapeOf(const Settings& settings, int width, int height, int signals, Stor
   shape.clamps_fireflies = settings.firefly == Firefly::kClamp;
   shape.luminance_factors = settings.wavelet == Wavelet::kSvgf;
   shape.storage = storage;
+  shape.octahedral = PacksNormals(settings.normals, PacksNormalsByDefault(storage));
   return shape;
 }
 

@@ -8,7 +8,7 @@
 #include "denoise/stages/prepare_guides_shared.h"
 
 layout(set = 1, binding = 0, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
-layout(set = 1, binding = 1, SURFACE_FORMAT) writeonly uniform uimage2D detail_out;
+layout(set = 1, binding = 1, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
 
 struct Guide {
   Surface surface;

@@ -30,6 +30,7 @@ enum Flag : uint32_t {
   kJittered = 256,
   kHasFollowed = 512,
   kByChannel = 1024,
+  kOtherNormals = 2048,  ///< not those of normals=auto
 };
 
 struct Header {
@@ -45,6 +46,7 @@ struct Header {
   uint64_t checksum = 0;  ///< of all bytes, with this set to 0
 
   bool Has(Flag flag) const { return (flags & flag) != 0; }
+  bool HasOctahedral() const { return Has(kIsHalf) != Has(kOtherNormals); }
 };
 static_assert(sizeof(Header) == 48, "no bytes between members");
 
@@ -81,12 +83,12 @@ uint64_t Checksum(Header header, std::span<const uint8_t> behind) {
 size_t TexelBytesOf(const Header& h) {
   const bool half = h.Has(kIsHalf);
   const size_t light = half ? 8 : 16;
-  const size_t guide = light;
+  const size_t guides = (h.HasOctahedral() ? 8 : 16) + (half ? 8 : 16);
   size_t bytes = h.Has(kHasPicture) ? light : 0;
   if (h.Has(kHasHistory)) {
     const size_t of_signal =
         2 * light + (h.Has(kHasBehind) ? light : 0) + (h.Has(kHasCompressed) ? light / 4 : 0);
-    bytes += h.signals * of_signal + 2 * guide;
+    bytes += h.signals * of_signal + guides;
   }
   if (h.Has(kHasHeld)) {
     const auto albedos = static_cast<size_t>(std::popcount(h.held_colours & kAlbedoColours));
@@ -144,7 +146,8 @@ Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held
             flag(pipeline.has_transmission(), kHasTransmission) |
             flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
             flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered) |
-            flag(progress.has_followed, kHasFollowed) | flag(pipeline.by_channel(), kByChannel);
+            flag(progress.has_followed, kHasFollowed) | flag(pipeline.by_channel(), kByChannel) |
+            flag(shape.octahedral != PacksNormalsByDefault(shape.storage), kOtherNormals);
   h.held_colours = held.any ? held.colours : 0;
   h.feedback_progress = progress.feedback_progress;
   return h;
@@ -311,6 +314,8 @@ Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Sett
     return Status::BadData(fmt::format("saved history is of {} bits, this denoiser keeps {}",
                                        h.Has(kIsHalf) ? 16 : 32, h.Has(kIsHalf) ? 32 : 16));
   }
+  STILLRAY_RETURN_IF_ERROR(CheckNormals(
+      h.HasOctahedral(), PacksNormals(settings.normals, PacksNormalsByDefault(storage))));
   if ((h.held_colours & ~kAllColours) != 0 ||
       GroupsOf(settings.signals, h.Has(kHasTransmission)).size() != h.signals) {
     return Status::BadData("saved history contradicts itself");

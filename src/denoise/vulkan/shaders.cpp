@@ -53,6 +53,12 @@
   X(ShortenHistory, "shorten_history", 3, 2, 0, 4)       \
   X(MergeFuture, "merge_future", 4, 2, 0, 0)
 
+/// Those that write surfaces: their code depends on the format of normals.
+#define STILLRAY_SURFACE_WRITERS(X) \
+  X(PrepareGuides)                  \
+  X(CompareHistory)                 \
+  X(MeasureEnergy)
+
 namespace stillray::vulkan {
 
 namespace shaders {
@@ -62,6 +68,12 @@ namespace shaders {
   extern const std::uint32_t k##name##Float[]; \
   extern const std::size_t k##name##FloatWords;
 STILLRAY_DENOISE_SHADERS(STILLRAY_DECLARE_SHADER_)
+#define STILLRAY_DECLARE_WRITER_(name)                   \
+  extern const std::uint32_t k##name##HalfPlain[];       \
+  extern const std::size_t k##name##HalfPlainWords;      \
+  extern const std::uint32_t k##name##FloatOctahedral[]; \
+  extern const std::size_t k##name##FloatOctahedralWords;
+STILLRAY_SURFACE_WRITERS(STILLRAY_DECLARE_WRITER_)
 }  // namespace shaders
 
 const ShaderInfo& InfoOf(Shader shader) {
@@ -71,8 +83,33 @@ const ShaderInfo& InfoOf(Shader shader) {
   return kInfo[static_cast<size_t>(shader)];
 }
 
-std::span<const uint32_t> CodeOf(Shader shader, Storage storage) {
+namespace {
+
+/// The code of a shader for normals that are unusual with the storage; empty: its usual code.
+std::span<const uint32_t> CodeForOtherNormals(Shader shader, Storage storage) {
   using Code = std::span<const uint32_t>;
+  switch (shader) {
+#define STILLRAY_WRITER_CODE_(name)                                                  \
+  case Shader::k##name:                                                              \
+    return storage == Storage::kHalf                                                 \
+               ? Code(shaders::k##name##HalfPlain, shaders::k##name##HalfPlainWords) \
+               : Code(shaders::k##name##FloatOctahedral, shaders::k##name##FloatOctahedralWords);
+    STILLRAY_SURFACE_WRITERS(STILLRAY_WRITER_CODE_)
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+std::span<const uint32_t> CodeOf(Shader shader, Storage storage, bool octahedral) {
+  using Code = std::span<const uint32_t>;
+  if (octahedral != PacksNormalsByDefault(storage)) {
+    const Code other = CodeForOtherNormals(shader, storage);
+    if (!other.empty()) {
+      return other;
+    }
+  }
 #define STILLRAY_SHADER_CODE_(name, ...)                      \
   {Code(shaders::k##name##Half, shaders::k##name##HalfWords), \
    Code(shaders::k##name##Float, shaders::k##name##FloatWords)},
@@ -96,8 +133,10 @@ Result<const gpu::Pipeline*> Pipelines::Find(Shader shader, std::span<const uint
     return own.status();
   }
   const VkDescriptorSetLayout layouts[] = {*frame, *own};
+  std::vector<uint32_t> all = {octahedral_ ? 1u : 0u};
+  all.insert(all.end(), constants.begin(), constants.end());
   Result<gpu::Pipeline> made = gpu::Pipeline::Create(
-      context_, {info.stage, CodeOf(shader, storage_), layouts, info.push_bytes, constants});
+      context_, {info.stage, CodeOf(shader, storage_, octahedral_), layouts, info.push_bytes, all});
   if (!made.ok()) {
     return made.status();
   }

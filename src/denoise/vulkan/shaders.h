@@ -15,9 +15,14 @@ namespace stillray::vulkan {
 
 /// Storage format of light between stages.
 enum class Storage : uint8_t {
-  kHalf,   ///< 16 bits, with an exposure that follows the light; normals in 32 bits
+  kHalf,   ///< 16 bits, with an exposure that follows the light
   kFloat,  ///< 32 bits: as precise as the CPU, twice the memory
 };
+
+/// Whether normals=auto keeps octahedral normals.
+inline bool PacksNormalsByDefault(Storage storage) {
+  return storage == Storage::kHalf;
+}
 
 enum class Shader : uint8_t {
   kMeasureLight,
@@ -81,7 +86,8 @@ inline gpu::SetShape OwnSet(const ShaderInfo& info) {
 }
 
 const ShaderInfo& InfoOf(Shader shader);
-std::span<const uint32_t> CodeOf(Shader shader, Storage storage);
+/// \param octahedral  normals of surfaces
+std::span<const uint32_t> CodeOf(Shader shader, Storage storage, bool octahedral);
 
 /// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
 inline constexpr gpu::SetShape kFrameSet = {25, 3, 1, 2};
@@ -89,10 +95,12 @@ inline constexpr gpu::SetShape kFrameSet = {25, 3, 1, 2};
 /// Descriptor set layouts and pipelines, created on first use.
 class Pipelines {
  public:
-  Pipelines(const gpu::DeviceContext* context, Storage storage, gpu::DescriptorSets* sets)
-      : context_(context), storage_(storage), sets_(sets) {}
+  Pipelines(const gpu::DeviceContext* context, Storage storage, bool octahedral,
+            gpu::DescriptorSets* sets)
+      : context_(context), storage_(storage), octahedral_(octahedral), sets_(sets) {}
 
-  /// \param constants  specialisation constants
+  /// \param constants  specialisation constants of the shader itself, from 1 on; 0 is that of
+  ///     common.glsl
   Result<const gpu::Pipeline*> Find(Shader shader, std::span<const uint32_t> constants = {});
 
  private:
@@ -103,6 +111,7 @@ class Pipelines {
   };
   const gpu::DeviceContext* context_;
   Storage storage_;
+  bool octahedral_;
   gpu::DescriptorSets* sets_;
   std::vector<std::unique_ptr<Entry>> entries_;
 };

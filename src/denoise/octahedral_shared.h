@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Unit vectors as two numbers, over the whole sphere.
-#ifndef STILLRAY_DENOISE_VULKAN_OCTAHEDRAL_SHARED_H
-#define STILLRAY_DENOISE_VULKAN_OCTAHEDRAL_SHARED_H
+#ifndef STILLRAY_DENOISE_OCTAHEDRAL_SHARED_H
+#define STILLRAY_DENOISE_OCTAHEDRAL_SHARED_H
 
 #ifdef __cplusplus
 #include "core/shared.h"
