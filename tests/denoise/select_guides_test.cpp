@@ -40,6 +40,9 @@ TEST(SelectGuides, Formulas) {
   EXPECT_EQ(SeenAlbedo(0.25f), 0.25f);
   EXPECT_EQ(SeenAlbedo(kNan), 1);
   EXPECT_EQ(SeenAlbedo(-1), 1);
+  EXPECT_TRUE(HasNoLight(vec3(0, 0, 0)));
+  EXPECT_FALSE(HasNoLight(vec3(0, 1e-6f, 0)));
+  EXPECT_FALSE(HasNoLight(vec3(0, 0, kNan)));
 }
 
 Image2 RandomMotion(int width, int height, uint32_t seed) {
@@ -74,6 +77,9 @@ struct Inputs {
       for (int x = 0; x < width; ++x) {
         surface.id(x, y) = static_cast<uint32_t>(x);
         image.id(x, y) = 1000 + static_cast<uint32_t>(x);
+        for (int c = 0; c < 3 && x % 5 == 1; ++c) {
+          surface.specular_albedo[c](x, y) = c == 1 ? 1e-3f * static_cast<float>(y % 2) : 0.0f;
+        }
         if (x % 7 == 3) {
           image.normal[1](x, y) = kNan;
           image.albedo[2](x, y) = kInfinity;
@@ -141,6 +147,27 @@ TEST(SelectGuides, NormalsOfTransmittedImagesAreNegated) {
       EXPECT_EQ(out.normal[c](1, 0), -in.surface.normal[c](1, 0));
       EXPECT_EQ(out.normal[c](2, 0), in.surface.normal[c](2, 0));
     }
+  }
+}
+
+TEST(SelectGuides, PixelsWithoutLightHaveNoSurface) {
+  for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
+    Inputs in(3, 1);
+    in.surface.depth.Fill(2);
+    in.roughness.Fill(0.1f);
+    in.image.depth.Fill(5);
+    in.image.depth(1, 0) = 0;
+    for (int c = 0; c < 3; ++c) {
+      in.surface.specular_albedo[c].Fill(0);
+    }
+    in.surface.specular_albedo[2](2, 0) = 0.01f;  // little light, in one channel
+    Guides out;
+    Image3 albedo;
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f, 1.0f},
+            &out, &albedo);
+    EXPECT_EQ(out.depth(0, 0), kInfinity);
+    EXPECT_EQ(out.depth(1, 0), kInfinity);
+    EXPECT_EQ(out.depth(2, 0), 5);
   }
 }
 

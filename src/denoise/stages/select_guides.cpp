@@ -47,6 +47,17 @@ HWY_INLINE MF ShowsImageAt(const SelectGuidesInput& in, float limit, int x, int 
   return shows;
 }
 
+HWY_INLINE MF HasNoLightAt(const SelectGuidesInput& in, int x, int y) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  if (in.albedo->empty()) {
+    return hn::FirstN(d, 0);
+  }
+  const Vectors<3> albedo = LoadAt(*in.albedo, x, y);
+  return hn::And(hn::Le(albedo.v[0], zero),
+                 hn::And(hn::Le(albedo.v[1], zero), hn::Le(albedo.v[2], zero)));
+}
+
 HWY_INLINE MF IsNormal(const Vectors<3>& n) {
   const DF d;
   const VF length2 =
@@ -106,7 +117,9 @@ void SelectRows(const SelectGuidesInput& in, const SelectGuidesParameters& p, in
       const MF shows = ShowsImageAt(in, p.virtual_roughness, x, y);
       const VF own = hn::LoadU(d, in.surface->depth.Row(y) + x);
       const VF image = hn::Min(hn::LoadU(d, in.image->depth.Row(y) + x), hn::Set(d, kImageOfSky));
-      StoreInRow(d, hn::IfThenElse(shows, image, own), out->depth.Row(y), x, width);
+      const VF depth = hn::IfThenElse(shows, image, own);
+      StoreInRow(d, hn::IfThenElse(HasNoLightAt(in, x, y), hn::Set(d, kNoSurface), depth),
+                 out->depth.Row(y), x, width);
       SelectNormalAt(in, shows, p.image_normal, x, y, &out->normal);
       if (!out->motion.empty()) {
         const Image2& motion = own_motion ? in.surface->motion : in.image->motion;

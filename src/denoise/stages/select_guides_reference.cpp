@@ -10,6 +10,11 @@ bool ShowsImageAt(const SelectGuidesInput& in, float limit, int x, int y) {
   return ShowsImage(in.surface->depth(x, y), in.image->depth(x, y), roughness, limit);
 }
 
+bool HasNoLightAt(const SelectGuidesInput& in, int x, int y) {
+  const Image3& a = *in.albedo;
+  return !a.empty() && HasNoLight({a[0](x, y), a[1](x, y), a[2](x, y)});
+}
+
 void SelectNormal(const SelectGuidesInput& in, bool image, float factor, int x, int y,
                   Image3* out) {
   const Image3* from = &in.surface->normal;
@@ -49,7 +54,9 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
   for (int y = 0; y < depth.height(); ++y) {
     for (int x = 0; x < depth.width(); ++x) {
       const bool image = ShowsImageAt(in, p.virtual_roughness, x, y);
-      out->depth(x, y) = image ? ImageDepth(in.image->depth(x, y)) : depth(x, y);
+      out->depth(x, y) = HasNoLightAt(in, x, y) ? kNoSurface
+                         : image                ? ImageDepth(in.image->depth(x, y))
+                                                : depth(x, y);
       SelectNormal(in, image, p.image_normal, x, y, &out->normal);
       if (!out->motion.empty()) {
         SelectMotion(in, image, x, y, &out->motion);

@@ -6,6 +6,8 @@
 #define STILLRAY_DENOISE_SELECT_GUIDES_SHARED_H
 
 #ifdef __cplusplus
+#include <limits>
+
 #include "core/shared.h"
 #endif
 
@@ -21,6 +23,13 @@ SHARED_BLOCK(SelectGuidesParameters) {
 // Depth of the sky in a mirror. Reflected sky is light on a surface, and has to be filtered there.
 const float kImageOfSky = 1e9f;
 
+// Depth where there is no surface.
+#ifdef __cplusplus
+const float kNoSurface = std::numeric_limits<float>::infinity();
+#else
+#define kNoSurface uintBitsToFloat(0x7f800000u)
+#endif
+
 // Whether a pixel has virtual guides: its surface is smooth and shows an image. A depth or a
 // roughness of NaN shows none.
 SHARED_FN bool ShowsImage(float surface_depth, float image_depth, float roughness, float limit) {
@@ -30,6 +39,11 @@ SHARED_FN bool ShowsImage(float surface_depth, float image_depth, float roughnes
 
 SHARED_FN float ImageDepth(float depth) {
   return min(depth, kImageOfSky);
+}
+
+// Whether an albedo of a layer is black: nothing is reflected there, or let through.
+SHARED_FN bool HasNoLight(vec3 albedo) {
+  return albedo.x <= 0.0f && albedo.y <= 0.0f && albedo.z <= 0.0f;
 }
 
 // Whether a squared length is that of a normal: not zero, not infinite, not NaN.

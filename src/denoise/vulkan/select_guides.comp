@@ -72,13 +72,14 @@ void main() {
   float roughness = texelFetch(surface_roughness, p, 0).x;
   bool image = ShowsImage(own_depth, seen_depth, roughness, virtual_roughness);
   float depth = image ? ImageDepth(seen_depth) : own_depth;
+  bool has_light = !HasNoLight(texelFetch(layer_albedo, p, 0).xyz);
   vec2 motion = (image ? texelFetch(image_motion, p, 0) : texelFetch(surface_motion, p, 0)).xy;
   uint id = 0u;
   if (has_id != 0) {
     id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
   }
   float little_else = ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x) ? 1.0f : 0.0f;
-  imageStore(depth_out, p, vec4(depth));
+  imageStore(depth_out, p, vec4(has_light ? depth : kNoSurface));
   imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));
   imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
   imageStore(id_out, p, uvec4(id));
