@@ -20,8 +20,11 @@ endif()
 # multiply-adds behind our back. SIMD code asks for them by name.
 target_compile_options(stillray_options INTERFACE -ffp-contract=off)
 if(STILLRAY_SANITIZE)
+  # Null pointers and pointers past an object are found where they are used, by the address sanitizer;
+  # these checks of every pointer double the time to compile and to run.
   target_compile_options(stillray_options INTERFACE
-    -fsanitize=${STILLRAY_SANITIZE} -fno-sanitize-recover=all -fno-omit-frame-pointer)
+    -fsanitize=${STILLRAY_SANITIZE} -fno-sanitize=null,object-size,pointer-overflow
+    -fno-sanitize-recover=all -fno-omit-frame-pointer)
   target_link_options(stillray_options INTERFACE -fsanitize=${STILLRAY_SANITIZE})
 endif()
 
@@ -58,6 +61,30 @@ function(stillray_use_common_headers target)
   target_precompile_headers(${target} REUSE_FROM stillray_common_headers)
 endfunction()
 
+# What reads files of unknown origin: see tests/fuzz.
+set(STILLRAY_FUZZED_MODULES pictures scene io)
+
+# stillray_compile_together(<target> [APART sources...])
+# Compiles the sources of a target eight at a time, which takes half of the time: most of it is for
+# headers and templates that they have in common. APART: sources that have a translation unit of their
+# own, because of a name in an unnamed namespace or since each instruction set compiles them again.
+function(stillray_compile_together target)
+  if(STILLRAY_UNITY_BUILD)
+    cmake_parse_arguments(ARG "" "" "APART" ${ARGN})
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
+endfunction()
+
+# stillray_compile_group(<target> <group> sources...)
+# Compiles these sources of a target as one, and those in no group by themselves.
+function(stillray_compile_group target group)
+  if(STILLRAY_UNITY_BUILD)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_MODE GROUP)
+    set_source_files_properties(${ARGN} PROPERTIES UNITY_GROUP ${group})
+  endif()
+endfunction()
+
 # stillray_add_module(<name> SOURCES ... [PUBLIC targets...] [PRIVATE targets...] [OWN_FLAGS])
 # Declares the static library stillray_<name> with the alias stillray::<name>. With OWN_FLAGS it may get
 # flags that other modules do not have.
@@ -72,6 +99,11 @@ function(stillray_add_module name)
   target_link_libraries(stillray_${name}
     PUBLIC ${ARG_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:stillray_options> ${ARG_PRIVATE})
+  # The fuzzers see which branches of these modules an input takes.
+  if(STILLRAY_BUILD_FUZZERS AND "${name}" IN_LIST STILLRAY_FUZZED_MODULES)
+    target_compile_options(stillray_${name} PRIVATE -fsanitize=fuzzer-no-link)
+    set(ARG_OWN_FLAGS ON)
+  endif()
   if(TARGET stillray_common_headers AND fmt::fmt IN_LIST ARG_PRIVATE AND NOT ARG_OWN_FLAGS)
     stillray_use_common_headers(stillray_${name})
   endif()
@@ -103,19 +135,21 @@ endfunction()
 # quarters of that with vectors of 128 bits; tests run each shader for few pixels.
 set(STILLRAY_DRIVER_ENVIRONMENT "GALLIVM_PERF=nopt" "LP_NATIVE_VECTOR_WIDTH=128")
 
-# stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds]
+# stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds] [SHARDS count]
 #                   [UNSANITIZED patterns...])
-# Declares a GoogleTest program whose cases CTest runs one by one; under the sanitizers it runs the
-# program as a whole, since the start of one takes longer than most cases. LABELS: "fast" cases also
-# run under the sanitizers, "slow" ones do not. Default: fast. UNSANITIZED: cases that do not, because
-# others run the same code in less time; patterns of --gtest_filter.
+# Declares a GoogleTest program. CTest runs it as a whole, or in SHARDS parts of its cases side by side:
+# most cases take less time than the start of a process, or than a device's shaders. With
+# STILLRAY_TEST_CASES it runs each case by itself. An odd number of parts divides cases of two kinds
+# (/Compute and /Hardware, say) evenly. LABELS: "fast" programs also run under the sanitizers,
+# "slow" ones do not. Default: fast. TIMEOUT: of a part, default 900. UNSANITIZED: cases that do not run
+# under the sanitizers, because others run the same code in less time; patterns of --gtest_filter.
 function(stillray_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS fast)
   endif()
   if(NOT ARG_TIMEOUT)
-    set(ARG_TIMEOUT 300)
+    set(ARG_TIMEOUT 900)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
@@ -126,34 +160,56 @@ function(stillray_add_test name)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)  # too slow to be run there
     return()
   endif()
+  set(filter "*")
+  if(STILLRAY_SANITIZE)
+    list(JOIN ARG_UNSANITIZED ":" patterns)
+    set(filter "-${patterns}")
+    math(EXPR ARG_TIMEOUT "4 * ${ARG_TIMEOUT}")
+  endif()
+  stillray_add_runs(${name} LABELS ${ARG_LABELS} FILTER "${filter}" TIMEOUT ${ARG_TIMEOUT} SHARDS ${ARG_SHARDS}
+    ENVIRONMENT ${STILLRAY_TEST_ENVIRONMENT})
+endfunction()
+
+# stillray_add_runs(<program> LABELS labels... TIMEOUT seconds [FILTER patterns] [PREFIX text] [SHARDS count]
+#                   [ENVIRONMENT variables...])
+# Declares the tests <PREFIX><program>, or <PREFIX><program>.1 and so on, that run the cases of a GoogleTest
+# program, with the environment of all tests and these variables.
+function(stillray_add_runs program)
+  cmake_parse_arguments(ARG "" "TIMEOUT;FILTER;PREFIX;SHARDS" "LABELS;ENVIRONMENT" ${ARGN})
+  set(environment ${STILLRAY_DRIVER_ENVIRONMENT} ${ARG_ENVIRONMENT})
+  if(NOT ARG_FILTER)
+    set(ARG_FILTER "*")
+  endif()
   # Long tests start first, so that no processor waits for the last one.
   set(cost 1)
   if("slow" IN_LIST ARG_LABELS)
     set(cost 10)
   endif()
-  if(STILLRAY_SANITIZE)
-    list(JOIN ARG_UNSANITIZED ":" patterns)
-    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1 "--gtest_filter=-${patterns}"
+  if(STILLRAY_TEST_CASES)
+    # Three expansions on the way to the test split the list or take half of the backslashes.
+    string(REPEAT "\\" 7 escape)
+    string(JOIN "${escape};" environment ${environment})
+    include(GoogleTest)
+    gtest_discover_tests(${program} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
+      TEST_FILTER "${ARG_FILTER}" TEST_PREFIX "${ARG_PREFIX}"
+      PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} COST ${cost} ENVIRONMENT "${environment}"
       WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
-    set_tests_properties(${name} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT 3000
-      ENVIRONMENT "${STILLRAY_DRIVER_ENVIRONMENT};${STILLRAY_TEST_ENVIRONMENT}")
     return()
   endif()
-  stillray_discover_tests(${name}
-    PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} COST ${cost}
-    ENVIRONMENT ${STILLRAY_TEST_ENVIRONMENT})
-endfunction()
-
-# stillray_discover_tests(<program> PROPERTIES ... [ENVIRONMENT variables...] [more arguments...])
-# gtest_discover_tests with the environment of all tests and `variables`.
-function(stillray_discover_tests program)
-  cmake_parse_arguments(ARG "" "" "PROPERTIES;ENVIRONMENT" ${ARGN})
-  # Three expansions on the way to the test split the list or take half of the backslashes.
-  string(REPEAT "\\" 7 escape)
-  string(JOIN "${escape};" environment ${STILLRAY_DRIVER_ENVIRONMENT} ${ARG_ENVIRONMENT})
-  include(GoogleTest)
-  gtest_discover_tests(${program} DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
-    ${ARG_UNPARSED_ARGUMENTS}
-    PROPERTIES ${ARG_PROPERTIES} ENVIRONMENT "${environment}"
-    WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  if(NOT ARG_SHARDS)
+    set(ARG_SHARDS 1)
+  endif()
+  foreach(shard RANGE 1 ${ARG_SHARDS})
+    set(test "${ARG_PREFIX}${program}")
+    set(part "")
+    if(ARG_SHARDS GREATER 1)
+      string(APPEND test ".${shard}")
+      math(EXPR index "${shard} - 1")
+      set(part GTEST_TOTAL_SHARDS=${ARG_SHARDS} GTEST_SHARD_INDEX=${index})
+    endif()
+    add_test(NAME ${test} COMMAND ${program} --gtest_brief=1 "--gtest_filter=${ARG_FILTER}"
+      WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+    set_tests_properties(${test} PROPERTIES LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT} COST ${cost}
+      ENVIRONMENT "${environment};${part}")
+  endforeach()
 endfunction()

@@ -12,6 +12,9 @@
 
 namespace stillray {
 
+/// Rows of a picture that a task takes where nothing asks for more or fewer.
+inline constexpr int kRowsPerTask = 16;
+
 /// Calls body(y0, y1) for consecutive bands of at most `band` rows that cover 0..height.
 template <typename Body>
 void ParallelRows(int height, int band, const Body& body) {

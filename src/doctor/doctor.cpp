@@ -117,7 +117,6 @@ uint64_t HashOf(const ExrImage& image, const AovLayout& layout) {
 }
 
 Image1 LightOf(const Frame& frame) {
-  constexpr int kRowsPerTask = 16;
   Image1 light(frame.width, frame.height);
   ParallelRows(frame.height, kRowsPerTask, [&](int y0, int y1) {
     for (const Signal& signal : frame.signals) {

@@ -7,7 +7,6 @@
 namespace stillray::doctor {
 namespace {
 
-constexpr int kRowsPerTask = 16;
 /// Differences of albedo count twice: neighbouring surfaces often have similar colours.
 constexpr float kAlbedoWeight = 2.0f;
 

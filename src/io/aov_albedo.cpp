@@ -6,21 +6,17 @@
 #include <vector>
 
 #include "core/parallel.h"
+#include "core/pixels.h"
 #include "io/camera_fit.h"
 #include "stillray/vec.h"
 
 namespace stillray::io {
 namespace {
 
-constexpr int kRowsPerTask = 16;
 /// Length of the residual above which the normal belongs to another surface. Measured in Cycles
 /// 3.4: below 0.02 on everything that is not a mirror, above 0.1 on all but one in a thousand
 /// pixels of glass.
 constexpr float kOtherSurface = 0.1f;
-
-vec3 At(const Image3& image, int x, int y) {
-  return {image[0](x, y), image[1](x, y), image[2](x, y)};
-}
 
 }  // namespace
 
@@ -45,7 +41,7 @@ int64_t RejectRandomAlbedo(const Image3& normal, const Image3& albedo_normal, Im
   ParallelRows(normal.height(), kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < normal.width(); ++x) {
-        const vec3 residual = At(albedo_normal, x, y) - map * At(normal, x, y);
+        const vec3 residual = VectorAt(albedo_normal, x, y) - map * VectorAt(normal, x, y);
         if (!(glm::length(residual) > kOtherSurface)) {  // the denoiser rejects NaN
           continue;
         }

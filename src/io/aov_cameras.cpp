@@ -17,8 +17,6 @@
 namespace stillray {
 namespace {
 
-constexpr int kRowsPerTask = 16;
-
 /// 16 finite numbers, or nothing.
 std::optional<std::array<double, 16>> Matrix(const ExrImage& image, const std::string& name) {
   const auto at = image.other_attributes.find(name);

@@ -13,7 +13,6 @@
 namespace stillray {
 namespace {
 
-constexpr int kRowsPerTask = 16;
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// Pixels per stored unit along an axis of `size` pixels.

@@ -20,12 +20,12 @@ bool IsMapped(const AovOptions& options, Aov aov) {
                      [&](const std::string& mapping) { return mapping.starts_with(start); });
 }
 
-std::string NameOf(const AovLayout& layout, Aov aov) {
+}  // namespace
+
+std::string LayerNameOf(const AovLayout& layout, Aov aov) {
   const AovSource* source = layout.Find(aov);
   return source == nullptr ? "" : OneLine(source->layer, 60);
 }
-
-}  // namespace
 
 void Drop(Aov aov, AovLayout* layout) {
   std::erase_if(layout->sources, [&](const AovSource& s) { return s.aov == aov; });
@@ -109,18 +109,18 @@ void DecideFallbackAlbedo(const AovOptions& options, AovLayout* layout) {
   layout->specular_weight = layout->light_is_divided ? kDielectricReflectance : 1.0f;
   std::string divided;
   if (layout->Find(Aov::kFallbackAlbedo) != nullptr) {
-    divided = fmt::format(", divided by {}{}", NameOf(*layout, Aov::kFallbackAlbedo),
+    divided = fmt::format(", divided by {}{}", LayerNameOf(*layout, Aov::kFallbackAlbedo),
                           layout->Find(Aov::kFallbackNormal) && layout->Find(Aov::kNormal)
                               ? " where that is not noise (on glass and mirrors it is)"
                               : "");
   } else if (layout->Find(Aov::kAlbedo) != nullptr) {
-    divided = ", divided by " + NameOf(*layout, Aov::kAlbedo);
+    divided = ", divided by " + LayerNameOf(*layout, Aov::kAlbedo);
     if (layout->Find(Aov::kSpecularAlbedo) != nullptr) {
       divided += layout->light_is_divided ? fmt::format(" + {} ", layout->specular_weight) : " + ";
-      divided += NameOf(*layout, Aov::kSpecularAlbedo);
+      divided += LayerNameOf(*layout, Aov::kSpecularAlbedo);
     }
     if (layout->Find(Aov::kTransmissionAlbedo) != nullptr) {
-      divided += " + " + NameOf(*layout, Aov::kTransmissionAlbedo);
+      divided += " + " + LayerNameOf(*layout, Aov::kTransmissionAlbedo);
     }
   }
   layout->notes.push_back(fmt::format(
@@ -138,7 +138,7 @@ void DecideColour(const ExrImage& image, const AovOptions& options, const std::s
   double part = 0;
   layout->ignores_colour = ColourIsOfOtherLight(image, *layout, file, &part);
   if (layout->ignores_colour) {
-    const std::string name = NameOf(*layout, Aov::kColour);
+    const std::string name = LayerNameOf(*layout, Aov::kColour);
     layout->notes.push_back(fmt::format(
         "{} lacks {:.0f} % of the light of the passes (denoised or composited before?): it is not "
         "used, and the passes are taken alone, as with --aov colour=none; --aov 'colour={}' takes "

@@ -14,6 +14,8 @@ namespace stillray::io {
 bool IsLight(Aov aov);
 /// The colour layer by which divided light must be multiplied.
 Aov AlbedoOf(Aov light);
+/// The name of the layer that an AOV is read from, at most 60 characters; empty: none.
+std::string LayerNameOf(const AovLayout& layout, Aov aov);
 void Drop(Aov aov, AovLayout* layout);
 
 /// Decides whether all light is available as passes, or only as the sum, and drops the layers that

@@ -17,10 +17,6 @@ namespace {
 
 constexpr Aov kSeen[] = {Aov::kSeenDepth, Aov::kSeenNormal, Aov::kSeenAlbedo};
 
-std::string NameOf(const AovLayout& layout, Aov aov) {
-  return OneLine(layout.Find(aov)->layer, 60);
-}
-
 bool PointsToPrevious(const MotionConvention& motion) {
   return motion.direction == MotionDirection::kToPrevious ||
          motion.direction == MotionDirection::kFromPrevious;
@@ -46,18 +42,18 @@ std::string Reason(const AovLayout& layout, NoSeenGuides why) {
       return fmt::format(
           "{} is not the length of paths to the depth in {} in most pixels: use a perspective "
           "camera without depth of field, and fewer mirrors and transparent objects in a picture",
-          NameOf(layout, Aov::kSeenDepth), NameOf(layout, Aov::kDepth));
+          LayerNameOf(layout, Aov::kSeenDepth), LayerNameOf(layout, Aov::kDepth));
     case NoSeenGuides::kNormal:
       return fmt::format(
           "{} has not the normals of {} in the camera's axes, or all are parallel: take both from "
           "one render, {} in world space",
-          NameOf(layout, Aov::kSeenNormal), NameOf(layout, Aov::kNormal),
-          NameOf(layout, Aov::kNormal));
+          LayerNameOf(layout, Aov::kSeenNormal), LayerNameOf(layout, Aov::kNormal),
+          LayerNameOf(layout, Aov::kNormal));
     case NoSeenGuides::kMotion:
       return fmt::format(
           "{} is not the motion of a camera before a mostly static scene: check its signs "
           "(stillray check), and render objects that fill the picture in a separate view layer",
-          NameOf(layout, Aov::kMotion));
+          LayerNameOf(layout, Aov::kMotion));
     case NoSeenGuides::kNone:
       break;
   }
@@ -65,7 +61,7 @@ std::string Reason(const AovLayout& layout, NoSeenGuides why) {
 }
 
 void Note(const AovLayout& used, const std::string& reason, std::vector<std::string>* notes) {
-  const std::string depth = NameOf(used, Aov::kSeenDepth);
+  const std::string depth = LayerNameOf(used, Aov::kSeenDepth);
   notes->push_back(
       reason.empty()
           ? fmt::format("reflections and refractions of planar mirrors and panes follow {}, and "

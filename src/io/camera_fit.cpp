@@ -8,6 +8,8 @@
 #include <random>
 #include <vector>
 
+#include "core/pixels.h"
+
 namespace stillray::io {
 namespace {
 
@@ -16,10 +18,6 @@ constexpr int64_t kNormalSamples = 1 << 16;
 constexpr int64_t kSamples = 1 << 14;
 /// Least part of the samples that must follow a fit.
 constexpr double kLeastPart = 1.0 / 3;
-
-vec3 At(const Image3& image, int x, int y) {
-  return {image[0](x, y), image[1](x, y), image[2](x, y)};
-}
 
 /// Whether the vector may be a normal, or a mean of normals, in any precision. False for NaN.
 bool IsNormal(vec3 v) {
@@ -316,7 +314,7 @@ mat3 FitNormalMap(const Image3& normal, const Image3& mapped) {
   constexpr double kResidualFloor = 0.01;
   std::vector<NormalPair> pairs;
   ForEachSample(normal.width(), normal.height(), kNormalSamples, [&](int x, int y) {
-    const NormalPair pair = {At(normal, x, y), At(mapped, x, y)};
+    const NormalPair pair = {VectorAt(normal, x, y), VectorAt(mapped, x, y)};
     if (IsNormal(pair.normal) && IsNormal(pair.mapped) && pair.normal != vec3(0.0f)) {
       pairs.push_back(pair);
     }

@@ -15,6 +15,9 @@
 
 namespace stillray::io {
 
+/// Rows of a picture that a task decodes at once.
+inline constexpr int kDecodedRows = 64;
+
 /// PNG of any kind as linear RGB; values are decoded as sRGB, regardless of colour chunks.
 Result<Image3> DecodePng(const uint8_t* data, size_t size, const std::string& name);
 

@@ -176,8 +176,6 @@ Plane<T> Place(const Plane<T>& plane, const ExrWindow& data, const ExrWindow& di
   return placed;
 }
 
-constexpr int kRowsPerTask = 16;
-
 void CopyRow(const char* from, Imf::PixelType type, size_t width, float* to) {
   if (type == Imf::HALF) {
     const half* halves = reinterpret_cast<const half*>(from);

@@ -31,7 +31,6 @@ namespace io {
 namespace {
 
 constexpr float kHalfMax = 65504.0f;
-constexpr int kRowsPerTask = 16;
 
 Imf::Compression ToOpenExr(ExrCompression compression) {
   switch (compression) {

@@ -19,7 +19,6 @@ namespace {
 
 /// An MCU of 16 x 16 pixels takes at least 6 bits: 341 pixels a byte.
 constexpr uint64_t kMaxPixelsPerByte = 342;
-constexpr int kRowsPerTask = 64;
 
 }  // namespace
 
@@ -42,7 +41,7 @@ Result<Image3> DecodeJpeg(const uint8_t* data, size_t size, const std::string& n
   }
   Image3 image(width, height);
   const std::array<float, 256>& table = SrgbTable8();
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+  ParallelRows(height, kDecodedRows, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const uint8_t* row = pixels->get() + static_cast<size_t>(y) * static_cast<size_t>(width) * 3;
       for (int c = 0; c < 3; ++c) {

@@ -21,8 +21,6 @@ namespace io {
 
 namespace {
 
-constexpr int kRowsPerTask = 64;
-
 /// The header of a PNG file whose size is sane.
 Result<pictures::PngHeader> CheckedHeader(std::span<const uint8_t> file, const std::string& name,
                                           uint64_t bytes_per_pixel) {
@@ -70,7 +68,7 @@ template <int kStep, typename T, size_t kCodes>
 Image3 ToPlanes(const std::vector<T>& pixels, int width, int height,
                 const std::array<float, kCodes>& table) {
   Image3 image(width, height);
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+  ParallelRows(height, kDecodedRows, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const T* row = pixels.data() + static_cast<size_t>(y) * static_cast<size_t>(width) * kStep;
       for (int c = 0; c < 3; ++c) {

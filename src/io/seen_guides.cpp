@@ -32,10 +32,6 @@ constexpr int kLeastPixels = 32;
 /// Albedos below are those of the mirror's edge, or noise.
 constexpr float kLeastAlbedo = 0.02f;
 
-vec3 At(const Image3& image, int x, int y) {
-  return {image[0](x, y), image[1](x, y), image[2](x, y)};
-}
-
 void Set(vec3 value, int x, int y, Image3* image) {
   for (int c = 0; c < 3; ++c) {
     (*image)[c](x, y) = value[c];
@@ -93,7 +89,7 @@ bool SamePlane(const Guides& g, int x, int y, int u, int v) {
   const float b = g.depth(u, v);
   const bool same_id = g.id.empty() || g.id(x, y) == g.id(u, v);
   return same_id && std::abs(a - b) < kFlatDepth * a &&
-         dot(At(g.normal, x, y), At(g.normal, u, v)) > kFlatCosine;
+         dot(VectorAt(g.normal, x, y), VectorAt(g.normal, u, v)) > kFlatCosine;
 }
 
 Patches::Patches(const Guides& g, const Image1& seen)
@@ -196,7 +192,7 @@ Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, 
       return;
     }
     const auto depth = static_cast<float>(DepthOfSeen(layers, lens, x, y));
-    const vec3 normal = to_world * At(layers.normal, x, y);
+    const vec3 normal = to_world * VectorAt(layers.normal, x, y);
     const float length = glm::length(normal);
     if (depth > z * (1 + kOtherDepth) && std::isfinite(depth) && length > 0.5f && length < 2.0f) {
       seen.depth(x, y) = depth;
@@ -213,7 +209,7 @@ bool SeesSame(const Seen& seen, int x, int y, int u, int v) {
     return std::isinf(a) && std::isinf(b);
   }
   return a > 0 && std::abs(a - b) < kSeenDepth * a &&
-         dot(At(seen.normal, x, y), At(seen.normal, u, v)) > kSeenCosine;
+         dot(VectorAt(seen.normal, x, y), VectorAt(seen.normal, u, v)) > kSeenCosine;
 }
 
 /// Neighbours of a pixel on its patch, and those of them that see the same.
@@ -324,12 +320,12 @@ std::vector<PatchKind> KindsOf(const Seen& seen, const Patches& patches, const G
     const Support support = SupportOf(seen, patches, x, y);
     ++c.pixels;
     c.coherent += support.neighbours > 0 && 2 * support.same >= support.neighbours;
-    c.normal += glm::dvec3(At(g.normal, x, y));
+    c.normal += glm::dvec3(VectorAt(g.normal, x, y));
     c.reflected += static_cast<double>(Sum(g.specular_albedo, x, y));
     c.refracted += static_cast<double>(Sum(g.transmission_albedo, x, y));
   });
   ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PatchCounts& c) {
-    const glm::dvec3 normal(At(g.normal, x, y));
+    const glm::dvec3 normal(VectorAt(g.normal, x, y));
     c.planar +=
         glm::dot(normal, c.normal) > static_cast<double>(kFlatCosine) * glm::length(c.normal);
   });
@@ -343,7 +339,7 @@ std::vector<PatchKind> KindsOf(const Seen& seen, const Patches& patches, const G
 
 /// The albedo of what is seen, without the throughput of the path and without emission.
 vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, int x, int y) {
-  vec3 seen = At(albedo, x, y);
+  vec3 seen = VectorAt(albedo, x, y);
   for (int c = 0; c < 3; ++c) {
     const float colour = mirror.empty() ? 1.0f : std::max(mirror[c](x, y), kLeastAlbedo);
     const float value = seen[c] / colour;
@@ -367,7 +363,7 @@ Image3 OwnNormals(const SeenLayers& layers, const Lens& lens, const Guides& g) {
   ForEachPixel(width, height, [&](int x, int y) {
     const double depth = DepthOfSeen(layers, lens, x, y);
     if (std::abs(depth / static_cast<double>(g.depth(x, y)) - 1) < kOtherDepth) {
-      Set(At(g.normal, x, y), x, y, &own);
+      Set(VectorAt(g.normal, x, y), x, y, &own);
     }
   });
   return own;
@@ -447,7 +443,7 @@ NoSeenGuides SetSeenGuides(const SeenLayers& layers, Frame* frame) {
     const vec2 motion =
         fit.camera.MotionOf(PointOf(g.depth, x, y), static_cast<double>(depth), width);
     to.depth(x, y) = depth;
-    Set(At(seen.normal, from.x, from.y), x, y, &to.normal);
+    Set(VectorAt(seen.normal, from.x, from.y), x, y, &to.normal);
     Set(SeenAlbedoAt(layers.albedo, mirror, from.x, from.y), x, y, &to.albedo);
     to.motion[0](x, y) = motion.x;
     to.motion[1](x, y) = motion.y;

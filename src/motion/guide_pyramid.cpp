@@ -11,7 +11,6 @@
 namespace stillray::motion {
 namespace {
 
-constexpr int kRowsPerTask = 16;
 /// The smaller side of the coarsest level is at least this long.
 constexpr int kLeastSide = 20;
 

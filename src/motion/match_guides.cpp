@@ -16,7 +16,7 @@ namespace {
 constexpr int kPatch = 8;   ///< pixels of a side
 constexpr int kStride = 4;  ///< pixels from one patch to the next: four patches cover a pixel
 constexpr int kPatchPixels = kPatch * kPatch;
-constexpr int kRowsPerTask = 4;
+constexpr int kPatchRowsPerTask = 4;
 
 /// Weight of pixels that differ from the middle of the patch in id, or in depth by more than
 /// kOtherDepth: outlines still tell where a plain object is.
@@ -350,7 +350,7 @@ Patch PatchGrid::MatchOne(int column, int row, const Image2& coarse, const Image
 }
 
 void PatchGrid::Match(const Image2& coarse, const Image2& start, bool searches) {
-  ParallelRows(rows_, kRowsPerTask, [&](int r0, int r1) {
+  ParallelRows(rows_, kPatchRowsPerTask, [&](int r0, int r1) {
     for (int row = r0; row < r1; ++row) {
       for (int column = 0; column < columns_; ++column) {
         patches_[Index(column, row)] = MatchOne(column, row, coarse, start, searches);
@@ -364,7 +364,7 @@ void PatchGrid::Spread() {
   const std::vector<Patch> last = patches_;
   constexpr int kNeighbours[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
   constexpr float kSameMotion = 0.1f;  // pixels
-  ParallelRows(rows_, kRowsPerTask, [&](int r0, int r1) {
+  ParallelRows(rows_, kPatchRowsPerTask, [&](int r0, int r1) {
     for (int row = r0; row < r1; ++row) {
       for (int column = 0; column < columns_; ++column) {
         Patch& patch = patches_[Index(column, row)];
@@ -403,7 +403,7 @@ Image2 PatchGrid::Dense() const {
   constexpr float kAgreed = 1.0f;      // pixels
   constexpr float kCostFloor = 1e-4f;  // of noise
   Image2 dense(now_.width(), now_.height());
-  ParallelRows(now_.height(), 4 * kRowsPerTask, [&](int y0, int y1) {
+  ParallelRows(now_.height(), 4 * kPatchRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < now_.width(); ++x) {
         // Patches whose own pixels are these, or up to one and a half strides away.
@@ -524,7 +524,7 @@ Image1 AgreementOf(const Image2& forth, const Image2& back) {
   const int width = forth.width();
   const int height = forth.height();
   Image1 agreement(width, height);
-  ParallelRows(height, 4 * kRowsPerTask, [&](int y0, int y1) {
+  ParallelRows(height, 4 * kPatchRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < width; ++x) {
         const vec2 there(forth[0](x, y), forth[1](x, y));

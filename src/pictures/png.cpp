@@ -36,7 +36,7 @@ constexpr int kCompressionLevel = 1;
 /// 13 % smaller than with any other single filter; a filter for each row of its own gains less
 /// than 1 %.
 constexpr uint8_t kPaethFilter = 4;
-constexpr int kRowsPerTask = 32;
+constexpr int kEncodedRows = 32;
 constexpr size_t kRgb = 3;
 /// PNG, 7.1: the length of a chunk is below 2^31.
 constexpr size_t kLargestChunk = size_t{1} << 30;
@@ -102,7 +102,7 @@ std::vector<uint8_t> FilterRows(int width, int height, std::span<const uint8_t> 
   const size_t bytes = static_cast<size_t>(width) * kRgb;
   const std::vector<uint8_t> zeros(bytes);
   std::vector<uint8_t> rows((bytes + 1) * static_cast<size_t>(height));
-  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
+  ParallelRows(height, kEncodedRows, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const uint8_t* row = rgb.data() + static_cast<size_t>(y) * bytes;
       uint8_t* out = rows.data() + static_cast<size_t>(y) * (bytes + 1);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/colour.h"
+#include "render/cumulative_sums.h"
 
 namespace stillray::render {
 namespace {
@@ -19,15 +20,6 @@ vec3 MeanOverTexel(const EnvironmentArrays& environment, int x, int y) {
     }
   }
   return sum;
-}
-
-/// Divides cumulative sums by the last one.
-void Normalise(const std::vector<double>& sums, float* out) {
-  const double last = sums.back();
-  for (size_t i = 0; i < sums.size(); ++i) {
-    out[i] = static_cast<float>(
-        last > 0 ? sums[i] / last : static_cast<double>(i) / static_cast<double>(sums.size() - 1));
-  }
 }
 
 }  // namespace
@@ -57,12 +49,12 @@ EnvironmentLight::EnvironmentLight(const Environment& environment) {
           columns[static_cast<size_t>(x)] +
           Luminance709(MeanOverTexel(arrays_, x, y) * environment.radiance);
     }
-    Normalise(columns, sums_.data() + FirstColumnSum(arrays_, y));
+    NormaliseSums(columns, sums_.data() + FirstColumnSum(arrays_, y));
     const double sine = std::sin((y + 0.5) * 3.14159265358979 / height);
     rows[static_cast<size_t>(y) + 1] = rows[static_cast<size_t>(y)] + columns.back() * sine;
     solid_angle += sine * width;
   }
-  Normalise(rows, sums_.data());
+  NormaliseSums(rows, sums_.data());
   arrays_.mean_luminance = static_cast<float>(rows.back() / solid_angle);
 }
 

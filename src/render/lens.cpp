@@ -9,6 +9,7 @@
 #include <tbb/parallel_reduce.h>
 
 #include "core/colour.h"
+#include "render/cumulative_sums.h"
 
 namespace stillray::render {
 namespace {
@@ -20,16 +21,6 @@ double TexelBrightness(const Texture& mask, size_t texel) {
   const uint8_t* rgba = mask.texels.data() + 4 * texel;
   const auto decoded = [&](int c) { return SrgbDecode(static_cast<float>(rgba[c]) / 255.0f); };
   return static_cast<double>(Luminance709(decoded(0), decoded(1), decoded(2))) * rgba[3] / 255.0;
-}
-
-/// Divides cumulative sums by the last one; the columns of black rows, which no sample finds, are
-/// evenly spaced.
-void Normalise(const std::vector<double>& sums, float* out) {
-  const double last = sums.back();
-  for (size_t i = 0; i < sums.size(); ++i) {
-    out[i] = static_cast<float>(
-        last > 0 ? sums[i] / last : static_cast<double>(i) / static_cast<double>(sums.size() - 1));
-  }
 }
 
 LensMask MakeMask(const Texture& texture, int index) {
@@ -47,9 +38,9 @@ LensMask MakeMask(const Texture& texture, int index) {
       columns[x + 1] = columns[x] + TexelBrightness(texture, y * width + x);
     }
     rows[y + 1] = rows[y] + columns.back();
-    Normalise(columns, mask.sums.data() + height + 1 + y * (width + 1));
+    NormaliseSums(columns, mask.sums.data() + height + 1 + y * (width + 1));
   }
-  Normalise(rows, mask.sums.data());
+  NormaliseSums(rows, mask.sums.data());
   return mask;
 }
 

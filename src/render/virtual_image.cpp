@@ -142,10 +142,10 @@ VirtualImage ImageBehind(const TraceContext& context, const PrimaryPixel& pixel)
 }
 
 /// The chains of a batch.
-class Tracer {
+class ImageTracer {
  public:
-  Tracer(const TraceContext& context, const PrimaryPixel* pixels, RayScratch* scratch,
-         RenderTimings* timings)
+  ImageTracer(const TraceContext& context, const PrimaryPixel* pixels, RayScratch* scratch,
+              RenderTimings* timings)
       : context_(context), pixels_(pixels), scratch_(*scratch), timings_(*timings) {
     scratch_.rays.count = 0;
   }
@@ -264,7 +264,7 @@ void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
   const PhaseTimer timer(&timings->image_ms);
   std::fill_n(images->reflection, count, VirtualImage());
   std::fill_n(images->refraction, count, VirtualImage());
-  Tracer reflections(context, pixels, scratch, timings);
+  ImageTracer reflections(context, pixels, scratch, timings);
   for (int i = 0; shown.reflection && i < count; ++i) {
     if (pixels[i].count == 1) {
       const Leaving leaving = FirstReflection(first[i].bsdf);
@@ -272,7 +272,7 @@ void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
     }
   }
   reflections.Run();
-  Tracer transmissions(context, pixels, scratch, timings);
+  ImageTracer transmissions(context, pixels, scratch, timings);
   for (int i = 0; shown.refraction && i < count; ++i) {
     if (pixels[i].count == 1 && separates[i]) {
       const Leaving leaving = LeavingThrough(first[i].bsdf, first[i].surface);

@@ -11,6 +11,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/pixels.h"
 #include "mirror_room.h"
 
 namespace stillray::io {
@@ -36,10 +37,6 @@ RoomCamera Before() {
 
 RoomPicture Picture(const Room& room, const RoomOptions& options = {}) {
   return Trace(room, Now(), Before(), options);
-}
-
-vec3 At(const Image3& image, int x, int y) {
-  return {image[0](x, y), image[1](x, y), image[2](x, y)};
 }
 
 void ForEachPixel(const RoomPicture& picture, const std::function<void(int, int)>& visit) {
@@ -75,9 +72,9 @@ bool IsRight(const VirtualGuides& g, const VirtualGuides& e, int x, int y) {
     return std::isinf(g.depth(x, y));
   }
   return std::abs(g.depth(x, y) / e.depth(x, y) - 1) < 0.005f &&
-         glm::length(At(g.normal, x, y) - At(e.normal, x, y)) < 0.01f &&
-         std::abs(glm::length(At(g.normal, x, y)) - 1) < 1e-5f &&
-         glm::length(At(g.albedo, x, y) - At(e.albedo, x, y)) < 0.005f;
+         glm::length(VectorAt(g.normal, x, y) - VectorAt(e.normal, x, y)) < 0.01f &&
+         std::abs(glm::length(VectorAt(g.normal, x, y)) - 1) < 1e-5f &&
+         glm::length(VectorAt(g.albedo, x, y) - VectorAt(e.albedo, x, y)) < 0.005f;
 }
 
 Comparison Compare(const VirtualGuides& g, const RoomPicture& picture) {
@@ -130,7 +127,8 @@ int CountDifferent(const RoomPicture& picture, const Image1& depth, const Image3
     const float a = depth(x, y);
     const float b = other.depth(x, y);
     const bool same = a == b || std::abs(a / b - 1) < 0.1f;
-    return b > 0 && !(same && glm::length(At(normal, x, y) - At(other.normal, x, y)) < 0.1f);
+    return b > 0 &&
+           !(same && glm::length(VectorAt(normal, x, y) - VectorAt(other.normal, x, y)) < 0.1f);
   });
 }
 
@@ -250,8 +248,8 @@ TEST(SetSeenGuides, WithoutMirrorsThereAreNone) {
 }
 
 bool IsFiniteAndUnit(const VirtualGuides& g, int x, int y) {
-  const vec3 normal = At(g.normal, x, y);
-  const vec3 albedo = At(g.albedo, x, y);
+  const vec3 normal = VectorAt(g.normal, x, y);
+  const vec3 albedo = VectorAt(g.albedo, x, y);
   const bool sky = std::isinf(g.depth(x, y));
   return !std::isnan(g.depth(x, y)) && std::isfinite(g.motion[0](x, y) + g.motion[1](x, y)) &&
          (sky || std::abs(glm::length(normal) - 1) < 1e-5f) &&

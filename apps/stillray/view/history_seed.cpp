@@ -10,8 +10,6 @@
 namespace stillray::view {
 namespace {
 
-constexpr int kBand = 16;
-
 float Sample(const Image1& plane, const Taps& x, const Taps& y) {
   const auto row = [&](int v) { return Mixed(plane(x.first, v), plane(x.second, v), x.weight); };
   return Mixed(row(y.first), row(y.second), y.weight);
@@ -44,7 +42,7 @@ Frame SeedFrame(const Frame& guides, const Image3& picture, float samples, bool 
   }
   // Zero motion: the picture is its own previous frame.
   seed.guides.motion = Image2(seed.width, seed.height);
-  ParallelRows(seed.height, kBand, [&](int y0, int y1) {
+  ParallelRows(seed.height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const Taps from_y = TapsAt(y, seed.height, picture.height());
       for (int x = 0; x < seed.width; ++x) {

@@ -7,12 +7,11 @@
 namespace stillray::view {
 namespace {
 
-constexpr int kBand = 32;
 /// Seeds of passes are far from those of frames.
 constexpr uint64_t kFirstSeed = 0x5eed0000'00000000;
 
 void Mix(const Image3& pass, float weight, Image3* mean) {
-  ParallelRows(pass.height(), kBand, [&](int y0, int y1) {
+  ParallelRows(pass.height(), kRowsPerTask, [&](int y0, int y1) {
     for (int c = 0; c < 3; ++c) {
       for (int y = y0; y < y1; ++y) {
         const float* from = pass[c].Row(y);

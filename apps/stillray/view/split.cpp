@@ -14,7 +14,6 @@ namespace {
 
 constexpr float kLeast = 0.01f;  // minimum fraction of the width for each pane
 constexpr uint8_t kLine = 230;
-constexpr int kBand = 32;
 
 }  // namespace
 
@@ -58,7 +57,7 @@ Rgb8Image EnlargedTo(int width, int height, bool sharp, Rgb8Image picture) {
   }
   Rgb8Image large = {width, height, {}};
   large.pixels.resize(static_cast<size_t>(width) * height * 3);
-  ParallelRows(height, kBand, [&](int y0, int y1) {
+  ParallelRows(height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       const Taps v = TapsAt(y, height, picture.height, sharp);
       for (int x = 0; x < width; ++x) {

@@ -17,7 +17,6 @@
 namespace stillray::view {
 namespace {
 
-constexpr int kBand = 16;
 constexpr int kRangeStep = 3;  // distance of the pixels that determine the range
 constexpr std::string_view kFilled = "filled.";
 constexpr std::pair<const char*, Colouring> kWorldViews[] = {{"position", Colouring::kPosition},
@@ -346,7 +345,7 @@ float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings)
 
 /// Tone mapping clamps what is not finite: it is marked afterwards.
 void MarkNotFinite(const Image3& colour, Rgb8Image* picture) {
-  ParallelRows(picture->height, kBand, [&](int y0, int y1) {
+  ParallelRows(picture->height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       uint8_t* row = picture->pixels.data() + static_cast<size_t>(y) * picture->width * 3;
       for (int x = 0; x < picture->width; ++x) {
@@ -380,7 +379,7 @@ std::vector<uint8_t> FinishedPicture(const ViewSources& s) {
 
 template <typename Pixel>
 void Paint(Rgb8Image* picture, const Pixel& pixel) {
-  ParallelRows(picture->height, kBand, [&](int y0, int y1) {
+  ParallelRows(picture->height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       uint8_t* row = picture->pixels.data() + static_cast<size_t>(y) * picture->width * 3;
       for (int x = 0; x < picture->width; ++x) {

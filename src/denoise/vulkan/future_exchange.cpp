@@ -13,7 +13,6 @@ namespace {
 
 constexpr int kTexel = 4;   ///< numbers of a texel
 constexpr int kImages = 2;  ///< light and moments
-constexpr int kRowsPerTask = 16;
 
 /// The planes whose numbers the texels of an image hold, in their order; nullptr: not used.
 template <typename History>
