@@ -77,7 +77,7 @@ struct Inputs {
       for (int x = 0; x < width; ++x) {
         surface.id(x, y) = static_cast<uint32_t>(x);
         image.id(x, y) = 1000 + static_cast<uint32_t>(x);
-        for (int c = 0; c < 3 && x % 5 == 1; ++c) {
+        for (int c = 0; c < 3 && x % 11 == 10; ++c) {
           surface.specular_albedo[c](x, y) = c == 1 ? 1e-3f * static_cast<float>(y % 2) : 0.0f;
         }
         if (x % 7 == 3) {

@@ -364,6 +364,8 @@ class LayersOnDevice : public test::DeviceTest {
     Denoiser stays = MakeDenoiser(settings, precision);
     ASSERT_TRUE(from_host.SetOutputs(outputs).ok());
     ASSERT_TRUE(stays.SetOutputs(outputs).ok());
+    const test::Tolerance tolerance =
+        second_moments ? test::kRescaledMoments : test::Tolerance{1e-5, 0.0};
     for (int index = 0; index < 5; ++index) {
       SCOPED_TRACE(index);
       const Frame f = make(51, 37, index, second_moments);
@@ -384,10 +386,10 @@ class LayersOnDevice : public test::DeviceTest {
       }
       test::ExpectImage({"colour", {found.colour[0], found.colour[1], found.colour[2]}},
                         {"colour", {expected.colour[0], expected.colour[1], expected.colour[2]}},
-                        {1e-5, 0.0}, "on the device");
+                        tolerance, "on the device");
       ASSERT_EQ(found.images.size(), expected.images.size());
       for (size_t i = 0; i < found.images.size(); ++i) {
-        test::ExpectImage(found.images[i], expected.images[i], {1e-5, 0.0}, found.images[i].name);
+        test::ExpectImage(found.images[i], expected.images[i], tolerance, found.images[i].name);
       }
     }
     EXPECT_THAT(StageNames(&stays, make(51, 37, 5, second_moments)),
