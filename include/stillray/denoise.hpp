@@ -170,6 +170,7 @@ struct Settings {
   float clip_outliers = 4.0f;
   bool restore_energy = true;
   float virtual_roughness = 0.1f;
+  float virtual_motion_roughness = 0.5f;
   float mirror_roughness = 0.05f;
   bool keep_samples = true;
   bool restore_detail = false;

@@ -53,7 +53,7 @@ class FrameSplit {
   /// \param frame  DeviceBackend::Holds it, and it has virtual guides of this source
   /// \return kOutOfMemory, or errors of the device
   virtual Result<Frame> MakeLayer(const Frame& frame, GuideSource source,
-                                  float virtual_roughness) = 0;
+                                  const Settings& settings) = 0;
   /// The frame whose light in the layers that exist is black, with the motion of FollowImages; the
   /// pictures of its layers are part of its emission.
   virtual Result<Frame> MakeRest(const Frame& frame) = 0;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "denoise/stages/select_guides_shared.h"
+#include "stillray/denoise.hpp"
 #include "stillray/frame.h"
 
 namespace stillray {
@@ -42,10 +43,21 @@ inline const Image3& OtherAlbedoOf(const Guides& guides, GuideSource source) {
 
 /// Renderers give images of transmitted light only where it shows some, whatever the roughness of
 /// the surface: that of an alpha-blended one says nothing about what is seen through it.
-inline SelectGuidesParameters SelectGuidesOf(float virtual_roughness, GuideSource source) {
+/// \param of_reflection  the parameters of reflected light
+inline SelectGuidesParameters SelectGuidesOf(const SelectGuidesParameters& of_reflection,
+                                             GuideSource source) {
   return source == GuideSource::kReflection
-             ? SelectGuidesParameters{.virtual_roughness = virtual_roughness, .image_normal = 1.0f}
-             : SelectGuidesParameters{.virtual_roughness = 1.0f, .image_normal = -1.0f};
+             ? of_reflection
+             : SelectGuidesParameters{
+                   .virtual_roughness = 1.0f, .image_normal = -1.0f, .virtual_motion_roughness = 0};
+}
+
+inline SelectGuidesParameters SelectGuidesOf(const Settings& s, GuideSource source) {
+  return SelectGuidesOf(
+      SelectGuidesParameters{.virtual_roughness = s.virtual_roughness,
+                             .image_normal = 1.0f,
+                             .virtual_motion_roughness = s.virtual_motion_roughness},
+      source);
 }
 
 }  // namespace stillray

@@ -62,7 +62,7 @@ void AddTo(const Image3& more, Image3* sum) {
 }
 
 /// The light of a layer with its selected guides, as a frame.
-Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_roughness) {
+Frame MakeLayerFrame(const Frame& frame, GuideSource source, const Settings& settings) {
   Frame layer;
   layer.width = frame.width;
   layer.height = frame.height;
@@ -76,7 +76,7 @@ Frame MakeLayerFrame(const Frame& frame, GuideSource source, float virtual_rough
   const Image3& own = SurfaceAlbedoOf(g, source);
   Image3& albedo = SurfaceAlbedoOf(layer.guides, source);
   cpu::SelectGuides({&g, &ImageOf(frame, source), &g.roughness, &own, &g.previous_normal},
-                    SelectGuidesOf(virtual_roughness, source), &layer.guides, &albedo);
+                    SelectGuidesOf(settings, source), &layer.guides, &albedo);
   for (const Signal& signal : frame.signals) {
     if (IsLightOf(source, signal.kind)) {
       Signal& copy = layer.signals.emplace_back(signal);
@@ -306,7 +306,7 @@ Status LayeredDenoiser::DenoiseOnDevice(const Frame& frame, std::span<const Sign
       continue;
     }
     const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
-    Result<Frame> layer = split_->MakeLayer(frame, kImages[i], settings_.virtual_roughness);
+    Result<Frame> layer = split_->MakeLayer(frame, kImages[i], settings_);
     STILLRAY_RETURN_IF_ERROR(layer.status());
     // On the host only for MergeOutputs.
     layer_[i]->SetResults({.colour = !outputs_.empty()});
@@ -332,7 +332,7 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
       continue;
     }
     const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
-    const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness);
+    const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_);
     layer_[i]->SetResults(Results());
     FollowImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
                  OtherAlbedoOf(frame.guides, kImages[i]), &rest.guides.motion);
@@ -371,8 +371,8 @@ Status LayeredDenoiser::Accumulate(const Frame& given, std::vector<SignalHistory
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] != nullptr) {
       std::vector<SignalHistory> of_layer;
-      STILLRAY_RETURN_IF_ERROR(layer_[i]->Accumulate(
-          MakeLayerFrame(frame, kImages[i], settings_.virtual_roughness), &of_layer));
+      STILLRAY_RETURN_IF_ERROR(
+          layer_[i]->Accumulate(MakeLayerFrame(frame, kImages[i], settings_), &of_layer));
       (*future)[LayerOf(list_, kImages[i])->first] = std::move(of_layer.front());
     }
   }

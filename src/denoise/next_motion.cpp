@@ -16,7 +16,8 @@ Image2 ImageMotionTowards(const Frame& next, const VirtualGuides& image) {
   if (image.empty() || image.motion.empty() || next.guides.motion.empty()) {
     return {};
   }
-  constexpr SelectGuidesParameters kAnyRoughness = {.virtual_roughness = 1, .image_normal = 1};
+  constexpr SelectGuidesParameters kAnyRoughness = {
+      .virtual_roughness = 1, .image_normal = 1, .virtual_motion_roughness = 0};
   const Image3 no_albedo;
   Guides selected;
   Image3 albedo;

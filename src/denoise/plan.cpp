@@ -172,7 +172,7 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
                       .firefly = static_cast<int>(s.firefly)};
-  plan->select_guides = SelectGuidesOf(s.virtual_roughness, GuideSource::kReflection);
+  plan->select_guides = SelectGuidesOf(s, GuideSource::kReflection);
   plan->reproject = {.history_depth = s.history_depth,
                      .history_normal_cosine = std::cos(s.history_normal * kRadiansPerDegree),
                      .history_id = Int(s.history_id),
@@ -293,7 +293,7 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   FramePlan of_layer = plan;
   const int mask = (1 << layer.count) - 1;
   of_layer.signals = plan.signals.subspan(layer.first, layer.count);
-  of_layer.select_guides = SelectGuidesOf(plan.select_guides.virtual_roughness, layer.guides);
+  of_layer.select_guides = SelectGuidesOf(plan.select_guides, layer.guides);
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }

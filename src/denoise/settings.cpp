@@ -474,6 +474,13 @@ std::vector<Row> MakeTable() {
                         "virtual image where frames have them, and so does transmitted light; 0: "
                         "neither does."},
        .member = &Settings::virtual_roughness},
+      {.info = {.name = "virtual_motion_roughness",
+                .type = kFloat,
+                .group = "select_guides",
+                .help = "On surfaces above virtual_roughness and up to this, the history of "
+                        "reflected light moves with the virtual image where frames have one; 0: "
+                        "with the surface."},
+       .member = &Settings::virtual_motion_roughness},
       {.info = {.name = "mirror_roughness",
                 .type = kFloat,
                 .group = "keep_mirrors",
@@ -622,6 +629,7 @@ constexpr PresetValue kSvgf[] = {
     {"sigma_l", "4"},
     {"noise_ratio", "1"},
     {"virtual_roughness", "0"},
+    {"virtual_motion_roughness", "0"},
     {"mirror_roughness", "0"},
     {"keep_samples", "off"},
     {"taa_alpha", "0.1"},
@@ -653,6 +661,7 @@ constexpr PresetValue kPsvgf[] = {
     {"luminance", "rec601"},
     {"luminance_scale", "variance"},
     {"virtual_roughness", "0"},
+    {"virtual_motion_roughness", "0"},
     {"mirror_roughness", "0"},
     {"keep_samples", "off"},
     {"taa_alpha", "0.1"},
@@ -664,20 +673,29 @@ constexpr PresetValue kPsvgf[] = {
 
 /// Dammertz et al. 2010.
 constexpr PresetValue kEaw[] = {
-    {"temporal", "off"},         {"limit_history", "off"},
-    {"variance_of", "frame"},    {"wavelet", "eaw"},
-    {"restore_energy", "off"},   {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"},   {"antialias", "off"},
-    {"taa_alpha", "0.1"},        {"taa_filter", "catmull_rom"},
-    {"taa_follow_light", "off"}, {"fxaa", "off"},
+    {"temporal", "off"},
+    {"limit_history", "off"},
+    {"variance_of", "frame"},
+    {"wavelet", "eaw"},
+    {"restore_energy", "off"},
+    {"virtual_roughness", "0"},
+    {"virtual_motion_roughness", "0"},
+    {"mirror_roughness", "0"},
+    {"antialias", "off"},
+    {"taa_alpha", "0.1"},
+    {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"},
+    {"fxaa", "off"},
     {"keep_samples", "off"},
 };
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
-    {"limit_history", "off"},      {"wavelet", "off"},          {"virtual_roughness", "0"},
-    {"mirror_roughness", "0"},     {"antialias", "off"},        {"taa_alpha", "0.1"},
-    {"taa_filter", "catmull_rom"}, {"taa_follow_light", "off"}, {"fxaa", "off"},
+    {"limit_history", "off"},    {"wavelet", "off"},
+    {"virtual_roughness", "0"},  {"virtual_motion_roughness", "0"},
+    {"mirror_roughness", "0"},   {"antialias", "off"},
+    {"taa_alpha", "0.1"},        {"taa_filter", "catmull_rom"},
+    {"taa_follow_light", "off"}, {"fxaa", "off"},
     {"keep_samples", "off"},
 };
 

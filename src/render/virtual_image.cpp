@@ -221,9 +221,9 @@ class ImageTracer {
 ImageKinds ImagesOfScene(const Scene& scene) {
   ImageKinds kinds;
   for (const Material& m : scene.materials) {
-    const bool coat = m.clearcoat > 0.0f && (m.clearcoat_roughness <= kSmoothRoughness ||
+    const bool coat = m.clearcoat > 0.0f && (m.clearcoat_roughness <= kMostReflectingRoughness ||
                                              m.clearcoat_roughness_texture.texture >= 0);
-    kinds.reflection = kinds.reflection || coat || m.roughness <= kSmoothRoughness ||
+    kinds.reflection = kinds.reflection || coat || m.roughness <= kMostReflectingRoughness ||
                        m.metallic_roughness_texture.texture >= 0;
     kinds.refraction =
         kinds.refraction || m.transmission > 0.0f || m.alpha_mode == AlphaMode::kBlend;

@@ -2,8 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Virtual guides of the tracer: what the visible smooth surfaces reflect, and what is seen through
-/// them. From the first surface deterministic chains of reflections and refractions lead to the
-/// first rough surface, or to the sky: one begins by reflection, one by transmission. Where later
+/// them; surfaces up to kMostReflectingRoughness reflect an image too. From the first surface
+/// deterministic chains of reflections and refractions lead to the first rough surface, or to the
+/// sky: one begins by reflection, one by transmission. Where later
 /// glass reflects and refracts, a chain takes the part with more light. Behind an alpha-blended
 /// surface the heaviest of the next layers is seen.
 #pragma once

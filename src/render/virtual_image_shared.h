@@ -25,6 +25,9 @@ using glm::transpose;
 
 // Perceptual roughness up to which a surface counts as smooth.
 const float kSmoothRoughness = 0.1f;
+// The same of visible surfaces that reflect an image: it is blurred up to here, but its place tells
+// how the reflected light moves.
+const float kMostReflectingRoughness = 0.5f;
 // Longer chains show no image: two faces of three glass bodies, and two mirrors.
 const int kMostVertices = 8;
 // Rays of a chain, those that pass thin sheets and cut-outs too.
@@ -85,16 +88,22 @@ SHARED_FN bool IsSmoothGlass(SHARED_IN(Bsdf) bsdf) {
   return bsdf.pick_glass > 0.0f && IsSmooth(bsdf.glass_alpha);
 }
 
-// Whether the reflecting lobes other than glass are smooth.
+// Whether the reflecting lobes other than glass have at most this perceptual roughness.
+SHARED_FN bool ReflectsWithin(SHARED_IN(Bsdf) bsdf, float roughness) {
+  float most = AlphaOfRoughness(roughness);
+  return IsMainlyCoat(bsdf) ? bsdf.coat_alpha <= most && bsdf.coat_normal.z > kSameNormal
+                            : bsdf.pick_specular > 0.0f && WidestAlpha(bsdf) <= most;
+}
+
 SHARED_FN bool ReflectsSmoothly(SHARED_IN(Bsdf) bsdf) {
-  return IsMainlyCoat(bsdf) ? IsSmooth(bsdf.coat_alpha) && bsdf.coat_normal.z > kSameNormal
-                            : bsdf.pick_specular > 0.0f && IsSmooth(WidestAlpha(bsdf));
+  return ReflectsWithin(bsdf, kSmoothRoughness);
 }
 
 // How the chain of reflected light leaves the visible surface, which may be diffuse too: its
 // specular light alone is guided.
 SHARED_FN Leaving FirstReflection(SHARED_IN(Bsdf) bsdf) {
-  return LeavingBy(IsSmoothGlass(bsdf) || ReflectsSmoothly(bsdf) ? kChainReflects : kChainEnds);
+  bool reflects = IsSmoothGlass(bsdf) || ReflectsWithin(bsdf, kMostReflectingRoughness);
+  return LeavingBy(reflects ? kChainReflects : kChainEnds);
 }
 
 SHARED_FN float ReflectanceOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {

@@ -108,7 +108,7 @@ class SignalGuides {
     }
     cpu::SelectGuides({&surface, &ImageOf(frame_, layer.guides), &surface.roughness,
                        &SurfaceAlbedoOf(surface, layer.guides), &surface.previous_normal},
-                      SelectGuidesOf(settings_.virtual_roughness, layer.guides), selected,
+                      SelectGuidesOf(settings_, layer.guides), selected,
                       &SurfaceAlbedoOf(*selected, layer.guides));
     return *selected;
   }

@@ -442,6 +442,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"clip_outliers", "0", {}},
       {"restore_energy", "off", {}},
       {"virtual_roughness", "0", {}},
+      {"virtual_motion_roughness", "0", {}},
       {"mirror_roughness", "0", {}},
       {"keep_samples", "off", {}},
       {"restore_detail", "on", {}},
@@ -476,6 +477,11 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       FillImage(&f.reflection.depth,
                 [](int x, int y) { return y < 30 ? 0.0f : 20.0f + static_cast<float>(x % 4); });
       f.reflection.motion = f.guides.motion;
+      for (int x = 0; x < 48; ++x) {
+        for (int y = 30; y < 40; ++y) {
+          f.reflection.motion[0](x, y) += 2;
+        }
+      }
       EXPECT_TRUE(d.Denoise(f, &out).ok());
     }
     return ToDisplay(out.colour, s.exposure, s.tonemap, s.dither, 1);

@@ -137,10 +137,10 @@ TEST(PreviousNormal, IsOfTheSurfaceAlone) {
   for (const auto& select : {&reference::SelectGuides, &cpu::SelectGuides}) {
     Guides out;
     Image3 albedo;
-    select({&surface, &image, &smooth, &white, &previous}, {0.2f, 1.0f}, &out, &albedo);
+    select({&surface, &image, &smooth, &white, &previous}, {0.2f, 1.0f, 0.0f}, &out, &albedo);
     EXPECT_EQ(out.previous_normal[1](0, 0), 1);
     EXPECT_EQ(out.previous_normal[1](1, 0), 0);
-    select({&surface, &image, &smooth, &white}, {0.2f, 1.0f}, &out, &albedo);
+    select({&surface, &image, &smooth, &white}, {0.2f, 1.0f, 0.0f}, &out, &albedo);
     EXPECT_TRUE(out.previous_normal.empty());
   }
 }

@@ -104,8 +104,8 @@ TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
     }
     Guides out;
     Image3 albedo;
-    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f, 1.0f},
-            &out, &albedo);
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo},
+            {0.2f, 1.0f, 0.0f}, &out, &albedo);
     EXPECT_EQ(out.depth(0, 0), 2);
     EXPECT_EQ(out.depth(1, 0), 5);
     EXPECT_EQ(out.depth(2, 0), kImageOfSky);
@@ -126,8 +126,8 @@ TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
 
 // A pane shows what is beside it too, in the same place: the normals tell which is seen through it.
 TEST(SelectGuides, NormalsOfTransmittedImagesAreNegated) {
-  EXPECT_EQ(SelectGuidesOf(0.2f, GuideSource::kReflection).image_normal, 1);
-  const SelectGuidesParameters parameters = SelectGuidesOf(0.2f, GuideSource::kRefraction);
+  EXPECT_EQ(SelectGuidesOf(Settings(), GuideSource::kReflection).image_normal, 1);
+  const SelectGuidesParameters parameters = SelectGuidesOf(Settings(), GuideSource::kRefraction);
   for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
     Inputs in(3, 1);
     in.surface.depth.Fill(2);
@@ -182,8 +182,8 @@ TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
     const Image1 unknown;
     Guides out;
     Image3 albedo;
-    version({&in.surface, &in.image, &unknown, &in.surface.specular_albedo}, {0.2f, 1.0f}, &out,
-            &albedo);
+    version({&in.surface, &in.image, &unknown, &in.surface.specular_albedo}, {0.2f, 1.0f, 0.0f},
+            &out, &albedo);
     test::ExpectEqual(out.normal[0], in.surface.normal[0]);
     test::ExpectEqual(out.motion[0], in.surface.motion[0]);
     test::ExpectEqual(out.id, in.surface.id);
@@ -192,13 +192,127 @@ TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
   }
 }
 
+TEST(SelectGuides, FormulasOfImageMotion) {
+  EXPECT_TRUE(MayMoveWithImage(1, 2, 0.3f, 0.1f, 0.5f));
+  EXPECT_FALSE(MayMoveWithImage(1, 2, 0.1f, 0.1f, 0.5f));  // shows the image
+  EXPECT_FALSE(MayMoveWithImage(1, 2, 0.6f, 0.1f, 0.5f));
+  EXPECT_FALSE(MayMoveWithImage(1, 0, 0.3f, 0.1f, 0.5f));  // no image
+  EXPECT_FALSE(MayMoveWithImage(1, 2, kNan, 0.1f, 0.5f));
+  EXPECT_TRUE(IsSameReflector({0, 0, 1}, 3, {0, 0, 2}, 3));
+  EXPECT_FALSE(IsSameReflector({0, 0, 1}, 3, {0, 0, 1}, 4));
+  EXPECT_TRUE(IsSameReflector({0, 0, 1}, 0, {0.59f, 0, 0.81f}, 0));
+  EXPECT_FALSE(IsSameReflector({0, 0, 1}, 0, {0.61f, 0, 0.79f}, 0));
+  EXPECT_FALSE(IsSameReflector({0, 0, 1}, 0, {0, 0, -1}, 0));
+  EXPECT_FALSE(IsSameReflector({0, 0, 0}, 0, {0, 0, 0}, 0));  // no surface
+  EXPECT_FALSE(IsSameReflector({0, 0, kNan}, 0, {0, 0, 1}, 0));
+  const vec4 one = AddImageMotion(vec4(0.0f), {3, 4});
+  EXPECT_EQ(one, vec4(3, 4, 25, 1));
+  EXPECT_EQ(AddImageMotion(one, {kNan, 0}), one);
+  EXPECT_EQ(AddImageMotion(one, {1e6f, 0}), one);
+  EXPECT_EQ(MeanImageMotion(AddImageMotion(one, {1, 0})), vec2(2, 2));
+  EXPECT_FALSE(AreMotionsAlike(vec4(0.0f)));
+  EXPECT_TRUE(AreMotionsAlike(one));
+  // Mean 2, standard deviation 0.5 and 1.
+  EXPECT_TRUE(AreMotionsAlike(AddImageMotion(AddImageMotion(vec4(0.0f), {1.5f, 0}), {2.5f, 0})));
+  EXPECT_FALSE(AreMotionsAlike(AddImageMotion(AddImageMotion(vec4(0.0f), {1, 0}), {3, 0})));
+  EXPECT_TRUE(IsAtSameDepth(10, 10.2f, {5, 0}));
+  EXPECT_FALSE(IsAtSameDepth(10, 10.4f, {5, 0}));
+  EXPECT_TRUE(IsAtSameDepth(10, 12, {1, -1}));
+  EXPECT_FALSE(IsAtSameDepth(10, kNan, {5, 0}));
+}
+
+/// A rough reflector, whose image moves by (3, 0) pixels more than its surface.
+struct RoughReflector {
+  Guides surface;
+  VirtualGuides image;
+  Image1 roughness;
+
+  RoughReflector(int width, int height) {
+    surface.depth = Image1(width, height);
+    surface.depth.Fill(2);
+    surface.normal = Image3(width, height);
+    surface.normal[2].Fill(1);
+    surface.motion = RandomMotion(width, height, 30);
+    surface.id = Plane<uint32_t>(width, height);
+    image.depth = Image1(width, height);
+    image.depth.Fill(5);
+    image.motion = surface.motion;
+    for (int y = 0; y < height; ++y) {
+      for (int x = 0; x < width; ++x) {
+        image.motion[0](x, y) += 3;
+        surface.id(x, y) = 1;
+      }
+    }
+    roughness = Image1(width, height);
+    roughness.Fill(0.3f);
+  }
+
+  /// What its light moves by at a pixel, less the surface.
+  vec2 OffsetAt(int x, int y, float most = 0.5f) const {
+    vec2 offset(kNan);
+    for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
+      Guides out;
+      Image3 albedo;
+      version({&surface, &image, &roughness, &surface.specular_albedo}, {0.1f, 1.0f, most}, &out,
+              &albedo);
+      EXPECT_EQ(out.depth(x, y), surface.depth(x, y));
+      EXPECT_EQ(out.normal[2](x, y), surface.normal[2](x, y));
+      EXPECT_EQ(out.id(x, y), surface.id(x, y));
+      EXPECT_EQ(out.roughness(x, y), roughness(x, y));
+      const vec2 found(out.motion[0](x, y) - surface.motion[0](x, y),
+                       out.motion[1](x, y) - surface.motion[1](x, y));
+      EXPECT_TRUE(version == &reference::SelectGuides || found == offset);
+      offset = found;
+    }
+    return offset;
+  }
+};
+
+TEST(SelectGuides, LightOfRoughReflectorsMovesWithTheImage) {
+  const RoughReflector in(24, 9);
+  const vec2 offset = in.OffsetAt(9, 4);
+  EXPECT_NEAR(offset.x, 3, 1e-5f);
+  EXPECT_NEAR(offset.y, 0, 1e-5f);
+  EXPECT_EQ(in.OffsetAt(9, 4, 0.2f), vec2(0.0f));  // too rough
+  EXPECT_EQ(in.OffsetAt(22, 4), vec2(0.0f));       // out of the picture
+}
+
+TEST(SelectGuides, LightOfRoughReflectorsStaysOnThem) {
+  RoughReflector other_id(24, 9);
+  other_id.surface.id(12, 4) = 2;
+  EXPECT_EQ(other_id.OffsetAt(9, 4), vec2(0.0f));
+  RoughReflector edge(24, 9);
+  edge.surface.normal[2](12, 4) = 0;
+  edge.surface.normal[0](12, 4) = 1;
+  EXPECT_EQ(edge.OffsetAt(9, 4), vec2(0.0f));
+  RoughReflector step(24, 9);
+  step.surface.depth(12, 4) = 3;
+  EXPECT_EQ(step.OffsetAt(9, 4), vec2(0.0f));
+}
+
+TEST(SelectGuides, LightOfDetailedReflectorsMovesWithTheSurface) {
+  RoughReflector in(24, 9);
+  for (int y = 0; y < 9; ++y) {
+    for (int x = 0; x < 24; ++x) {
+      in.image.motion[0](x, y) = in.surface.motion[0](x, y) + (x / 3 % 2 == 0 ? 3.0f : -3.0f);
+    }
+  }
+  EXPECT_EQ(in.OffsetAt(9, 4), vec2(0.0f));
+  // Where nothing is known of the image around, the pixel's own is used.
+  in.image.depth.Fill(kNan);
+  in.image.depth(9, 4) = kInfinity;
+  EXPECT_NEAR(in.OffsetAt(9, 4).x, -3, 1e-5f);
+  in.image.motion[0](9, 4) = kNan;
+  EXPECT_EQ(in.OffsetAt(9, 4), vec2(0.0f));
+}
+
 TEST(SelectGuides, VersionsAgree) {
   test::ForSizesAndTargets([](int width, int height) {
     const Inputs in(width, height);
     const SelectGuidesInput given = {&in.surface, &in.image, &in.roughness,
                                      &in.surface.specular_albedo};
     for (const float image_normal : {1.0f, -1.0f}) {
-      const SelectGuidesParameters parameters = {0.4f, image_normal};
+      const SelectGuidesParameters parameters = {0.4f, image_normal, 0.8f};
       Guides expected;
       Guides got;
       Image3 expected_albedo;

@@ -153,6 +153,32 @@ TEST(VirtualGuides, WhatAMirrorShowsIsSharpAndDoesNotLag) {
   EXPECT_LT(with, 0.1 * without);
 }
 
+// The surface's own guides, with the motion of the image.
+TEST(VirtualGuides, WhatARoughSurfaceReflectsDoesNotLag) {
+  constexpr int kFrames = 24;
+  std::vector<Frame> frames = MirrorFrames(kFrames, true);
+  for (Frame& f : frames) {
+    f.guides.roughness.Fill(0.3f);
+    f.reflection.albedo = Image3();
+  }
+  Settings with_surface;
+  with_surface.virtual_motion_roughness = 0;
+  const double with = ErrorInMirror(Denoised(Settings(), frames), kFrames - 1);
+  const double without = ErrorInMirror(Denoised(with_surface, frames), kFrames - 1);
+  EXPECT_LT(with, 0.6 * without);
+}
+
+TEST(VirtualGuides, RoughSurfacesThatDoNotMoveKeepTheirBits) {
+  std::vector<Frame> frames = MirrorFrames(4, true);
+  for (Frame& f : frames) {
+    f.guides.roughness.Fill(0.3f);
+    f.reflection.motion = f.guides.motion;
+  }
+  Settings with_surface;
+  with_surface.virtual_motion_roughness = 0;
+  EXPECT_TRUE(SameBits(Denoised(Settings(), frames), Denoised(with_surface, frames)));
+}
+
 TEST(VirtualGuides, EdgesOfTheImageStayWhole) {
   // Noise-free light of two walls in the mirror: nothing crosses the edge between them.
   Frame f = MakeMirror(0, true);

@@ -36,7 +36,16 @@ using test::RandomPlane;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-constexpr float kVirtualRoughness = 0.4f;
+
+constexpr float kShowsUpTo = 0.4f;
+
+/// Some pixels show an image, rougher ones move with it.
+Settings SelectSettings() {
+  Settings settings;
+  settings.virtual_roughness = kShowsUpTo;
+  settings.virtual_motion_roughness = 1.0f;
+  return settings;
+}
 
 Image2 RandomMotion(int width, int height, uint32_t seed) {
   Image2 motion;
@@ -74,6 +83,21 @@ VirtualGuides RandomImages(int width, int height, uint32_t first) {
     }
   }
   return v;
+}
+
+/// Turns all normals to one side, and lets images in rough surfaces move almost alike.
+void MoveRoughImages(Frame* f) {
+  const Guides& g = f->guides;
+  for (int y = 0; y < f->height; ++y) {
+    for (int x = 0; x < f->width; ++x) {
+      f->guides.normal[2](x, y) += 1.5f;
+      Image2& motion = f->reflection.motion;
+      if (g.roughness(x, y) > kShowsUpTo && motion[0](x, y) < 1e3f) {
+        motion[0](x, y) = g.motion[0](x, y) + 1.5f + 0.2f * RandomAt(x, y, 70);
+        motion[1](x, y) = g.motion[1](x, y) - 1.0f;
+      }
+    }
+  }
 }
 
 /// A frame of random values, with invalid ones, without images, skies and rough surfaces in
@@ -116,6 +140,7 @@ Frame RandomFrame(int width, int height) {
   g.previous_normal = RandomImage<Image3>(width, height, 60);
   f.reflection = RandomImages(width, height, 1000);
   f.refraction = RandomImages(width, height, 2000);
+  MoveRoughImages(&f);
   return f;
 }
 
@@ -142,7 +167,7 @@ struct Selected {
     const Guides& g = f.guides;
     reference::SelectGuides(
         {&g, &ImageOf(f, source), &g.roughness, &SurfaceAlbedoOf(g, source), &g.previous_normal},
-        SelectGuidesOf(kVirtualRoughness, source), &guides, &albedo);
+        SelectGuidesOf(SelectSettings(), source), &guides, &albedo);
   }
 };
 
@@ -221,7 +246,7 @@ class LayerSplitTest : public test::DeviceTest {
   // A layer of a frame, with an image of the frame in place of its picture.
   Frame MakeExpectedLayer(const Frame& f, const Frame& stays, GuideSource source,
                           vulkan::LayerSplit* split) {
-    const Result<Frame> layer = split->MakeLayer(stays, source, kVirtualRoughness);
+    const Result<Frame> layer = split->MakeLayer(stays, source, SelectSettings());
     EXPECT_TRUE(layer.ok()) << layer.status().message();
     EXPECT_NO_FATAL_FAILURE(RunPart(*layer));
     const vulkan::LayerImages& images = *split->images(source);
@@ -304,10 +329,9 @@ TEST_F(LayerSplitTest, TakesTheMemoryThatIsStated) {
     const auto split = vulkan::LayerSplit::Create(device_);
     EXPECT_TRUE(split.ok());
     EXPECT_EQ((*split)->memory().bytes, 0u);
-    EXPECT_TRUE(
-        (*split)
-            ->MakeLayer(PutOnDevice(device_, f), GuideSource::kReflection, kVirtualRoughness)
-            .ok());
+    EXPECT_TRUE((*split)
+                    ->MakeLayer(PutOnDevice(device_, f), GuideSource::kReflection, SelectSettings())
+                    .ok());
     return static_cast<double>((*split)->memory().bytes) / (f.width * f.height);
   };
   Frame f = RandomFrame(256, 128);
@@ -336,9 +360,14 @@ TEST(LayerSplit, TheRandomFrameShowsImagesAndFollowsThem) {
   int images = 0;
   int followed = 0;
   int skies = 0;
+  int moved_on_surface = 0;
   for (int y = 0; y < f.height; ++y) {
     for (int x = 0; x < f.width; ++x) {
       images += selected.guides.id(x, y) >= 1000 ? 1 : 0;
+      moved_on_surface += selected.guides.depth(x, y) == f.guides.depth(x, y) &&
+                                  selected.guides.motion[0](x, y) != f.guides.motion[0](x, y)
+                              ? 1
+                              : 0;
       skies += selected.guides.depth(x, y) == kImageOfSky ? 1 : 0;
       followed += motion[0](x, y) != f.guides.motion[0](x, y) ? 1 : 0;
       others += through.guides.id(x, y) >= 2000 ? 1 : 0;
@@ -348,6 +377,7 @@ TEST(LayerSplit, TheRandomFrameShowsImagesAndFollowsThem) {
   EXPECT_GT(images, 300);
   EXPECT_LT(images, 1100);
   EXPECT_GT(skies, 10);
+  EXPECT_GT(moved_on_surface, 10);
   EXPECT_GT(followed, 10);
   EXPECT_GT(others, images / 2);
   EXPECT_GT(followed_others, 0);

@@ -304,7 +304,7 @@ TEST(VirtualImageTest, MirrorsThatFaceEachOtherShowNone) {
   EXPECT_EQ(frame.reflection.id(60, 45) == 0, !std::isfinite(frame.reflection.depth(60, 45)));
 }
 
-TEST(VirtualImageTest, OnlySmoothSurfacesShowImages) {
+TEST(VirtualImageTest, OnlyReflectingSurfacesShowImages) {
   const auto depth = [](float roughness) {
     SceneBuilder builder;
     builder.Add(Quad(vec3(-6, -6, -4), vec3(12, 0, 0), vec3(0, 12, 0)),
@@ -315,7 +315,8 @@ TEST(VirtualImageTest, OnlySmoothSurfacesShowImages) {
     return RenderOne(builder.scene, Size()).reflection.depth(60, 45);
   };
   EXPECT_GT(depth(0.1f), 0);
-  EXPECT_EQ(depth(0.11f), 0);
+  EXPECT_GT(depth(kMostReflectingRoughness), 0);
+  EXPECT_EQ(depth(kMostReflectingRoughness + 0.01f), 0);
 }
 
 TEST(VirtualImageTest, FramesHaveNoneWithoutSmoothSurfacesOrIfTheyAreOff) {

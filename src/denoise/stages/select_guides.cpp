@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/select_guides.h"
 
+#include <algorithm>
+
 #include "core/parallel.h"
+#include "denoise/stages/image_motion.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/select_guides.cpp"
@@ -56,6 +59,27 @@ HWY_INLINE MF HasNoLightAt(const SelectGuidesInput& in, int x, int y) {
   const Vectors<3> albedo = LoadAt(*in.albedo, x, y);
   return hn::And(hn::Le(albedo.v[0], zero),
                  hn::And(hn::Le(albedo.v[1], zero), hn::Le(albedo.v[2], zero)));
+}
+
+/// Moves the light of rough surfaces in pixels x, x + 1, ... with what they reflect.
+HWY_INLINE void MoveWithImages(const SelectGuidesInput& in, const SelectGuidesParameters& p, int x,
+                               int y, Image2* motion) {
+  const DF d;
+  const VF roughness = hn::LoadU(d, in.roughness->Row(y) + x);
+  const MF rough = hn::And(hn::Gt(roughness, hn::Set(d, p.virtual_roughness)),
+                           hn::Le(roughness, hn::Set(d, p.virtual_motion_roughness)));
+  if (hn::AllFalse(d, rough)) {
+    return;
+  }
+  const int end = std::min(x + LaneCount(), motion->width());
+  for (int u = x; u < end; ++u) {
+    if (MayMoveWithImage(in.surface->depth(u, y), in.image->depth(u, y), (*in.roughness)(u, y),
+                         p.virtual_roughness, p.virtual_motion_roughness)) {
+      const vec2 offset = ImageMotionOnSurface(in, u, y);
+      (*motion)[0](u, y) += offset.x;
+      (*motion)[1](u, y) += offset.y;
+    }
+  }
 }
 
 HWY_INLINE MF IsNormal(const Vectors<3>& n) {
@@ -124,6 +148,9 @@ void SelectRows(const SelectGuidesInput& in, const SelectGuidesParameters& p, in
       if (!out->motion.empty()) {
         const Image2& motion = own_motion ? in.surface->motion : in.image->motion;
         SelectAt(shows, LoadAt(motion, x, y), in.surface->motion, x, y, &out->motion);
+        if (!own_motion && !in.roughness->empty()) {
+          MoveWithImages(in, p, x, y, &out->motion);
+        }
       }
       if (!out->id.empty()) {
         const VU of_surface = hn::LoadU(du, in.surface->id.Row(y) + x);

@@ -3,10 +3,13 @@
 
 /// select_guides: the guides of a layer of reflected or refracted light. Pixels whose surface is
 /// smooth and shows a virtual image have the guides of the image, all others those of the surface.
+/// Of these, pixels of moderately rough surfaces have the mean motion of the images around them
+/// (image_motion.h), as far as those move alike.
 /// Source: none. PSVGF section 7 leaves open how reflections are reprojected; the image of a
 /// planar mirror lies on the pixel's ray, as far away as the path is long. Pixels whose albedo is
 /// black in the layer have no light there, and so no surface: neighbours do not take them for dark
-/// ones, and later stages skip them. No state, no border. Reads 76, writes 40 bytes per pixel.
+/// ones, and later stages skip them. No state; for the motion of rough surfaces 3x3 pixels three
+/// apart are read, and the pixel that it leads to. Reads 76, writes 40 bytes per pixel.
 #pragma once
 
 #include <type_traits>

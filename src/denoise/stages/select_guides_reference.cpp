@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include "denoise/stages/image_motion.h"
 #include "denoise/stages/select_guides.h"
 
 namespace stillray::reference {
@@ -29,11 +30,17 @@ void SelectNormal(const SelectGuidesInput& in, bool image, float factor, int x, 
   }
 }
 
-void SelectMotion(const SelectGuidesInput& in, bool image, int x, int y, Image2* out) {
+void SelectMotion(const SelectGuidesInput& in, const SelectGuidesParameters& p, bool image, int x,
+                  int y, Image2* out) {
   const Image2& from = image && !in.image->motion.empty() ? in.image->motion : in.surface->motion;
-  for (int c = 0; c < 2; ++c) {
-    (*out)[c](x, y) = from[c](x, y);
+  vec2 offset(0.0f);
+  if (!in.roughness->empty() && !in.image->motion.empty() &&
+      MayMoveWithImage(in.surface->depth(x, y), in.image->depth(x, y), (*in.roughness)(x, y),
+                       p.virtual_roughness, p.virtual_motion_roughness)) {
+    offset = ImageMotionOnSurface(in, x, y);
   }
+  (*out)[0](x, y) = from[0](x, y) + offset.x;
+  (*out)[1](x, y) = from[1](x, y) + offset.y;
 }
 
 void SelectAlbedo(const SelectGuidesInput& in, bool image, int x, int y, Image3* out) {
@@ -59,7 +66,7 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
                                                 : depth(x, y);
       SelectNormal(in, image, p.image_normal, x, y, &out->normal);
       if (!out->motion.empty()) {
-        SelectMotion(in, image, x, y, &out->motion);
+        SelectMotion(in, p, image, x, y, &out->motion);
       }
       if (!out->id.empty()) {
         out->id(x, y) = image && !in.image->id.empty() ? in.image->id(x, y) : in.surface->id(x, y);

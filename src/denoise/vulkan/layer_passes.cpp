@@ -44,6 +44,7 @@ const LayerLights& OtherLights(GuideSource source) {
 struct SelectPush {
   float virtual_roughness = 0;
   float image_normal = 1;
+  float virtual_motion_roughness = 0;
   int32_t has_other_albedo = 0;
   int32_t has_previous_normal = 0;
   int32_t has_id = 0;
@@ -217,7 +218,7 @@ Status LayerPasses::Run(VkCommandBuffer commands, Pass pass, std::span<const Ima
 
 Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& facts,
                                 const FrameInputs& from, const VirtualInputs& seen,
-                                float virtual_roughness) {
+                                const SelectGuidesParameters& select) {
   LayerImages& to = *images_;
   if (!to.used) {
     to.used = true;
@@ -255,9 +256,9 @@ Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& fact
                              RefTo(to.roughness),
                              RefTo(to.albedo),
                              RefTo(previous_to)};
-  const SelectGuidesParameters select = SelectGuidesOf(virtual_roughness, source_);
-  const SelectPush push = {select.virtual_roughness, select.image_normal, has_other ? 1 : 0,
-                           has_previous ? 1 : 0, facts.has_id ? 1 : 0};
+  const SelectPush push = {
+      select.virtual_roughness, select.image_normal,  select.virtual_motion_roughness,
+      has_other ? 1 : 0,        has_previous ? 1 : 0, facts.has_id ? 1 : 0};
   Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
   WaitForWrites(*context_, commands);

@@ -85,7 +85,7 @@ class LayerPasses {
   /// Writes the layer's guides. All images of `seen` are given, and the frame's motion, roughness,
   /// albedo, and the albedo that divides the layer's light.
   Status RecordLayer(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
-                     const VirtualInputs& seen, float virtual_roughness);
+                     const VirtualInputs& seen, const SelectGuidesParameters& select);
   /// Writes emission and motion of the rest. \param picture  the layer's, denoised
   Status RecordRest(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
                     const ImageRef& picture);

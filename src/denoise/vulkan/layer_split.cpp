@@ -34,7 +34,7 @@ Result<std::unique_ptr<LayerSplit>> LayerSplit::Create(std::shared_ptr<gpu::Devi
 }
 
 Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
-                                    float virtual_roughness) {
+                                    const Settings& settings) {
   const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, frame);
   STILLRAY_RETURN_IF_ERROR(CheckSize(frame, pixels));
   Layer& layer = LayerOf(source);
@@ -55,8 +55,8 @@ Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
   of_layer->facts = passes->FactsOfLayer(facts);
   of_layer->inputs = passes->InputsOfLayer(inputs);
   of_layer->record = [passes, facts, inputs, seen = VirtualInputsOf(pixels, source),
-                      virtual_roughness](VkCommandBuffer commands) {
-    return passes->RecordLayer(commands, facts, inputs, seen, virtual_roughness);
+                      select = SelectGuidesOf(settings, source)](VkCommandBuffer commands) {
+    return passes->RecordLayer(commands, facts, inputs, seen, select);
   };
   Frame part = frame;
   std::erase_if(part.signals,

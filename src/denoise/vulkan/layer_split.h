@@ -34,7 +34,8 @@ class LayerSplit final : public FrameSplit {
  public:
   static Result<std::unique_ptr<LayerSplit>> Create(std::shared_ptr<gpu::Device> device);
 
-  Result<Frame> MakeLayer(const Frame& frame, GuideSource source, float virtual_roughness) override;
+  Result<Frame> MakeLayer(const Frame& frame, GuideSource source,
+                          const Settings& settings) override;
   Result<Frame> MakeRest(const Frame& frame) override;
   void AddTimes(std::vector<StageTime>* times) const override;
   DeviceMemory memory() const override;

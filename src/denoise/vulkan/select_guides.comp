@@ -34,6 +34,7 @@ layout(set = 0, binding = 20, rgba32f) writeonly uniform image2D previous_normal
 layout(push_constant) uniform Push {
   float virtual_roughness;  // as in SelectGuidesParameters
   float image_side;
+  float virtual_motion_roughness;
   int has_other_albedo;     // 0: it is black
   int has_previous_normal;  // 0: the last image must not be written
   int has_id;               // 0: ids are 0
@@ -61,6 +62,43 @@ bool ShowsLittleElseAt(ivec2 p, float own_depth, float depth, float motion_x, in
       Luminance709(layer.x, layer.y, layer.z), Luminance709(other.x, other.y, other.z));
 }
 
+bool IsInside(ivec2 p, ivec2 size) {
+  return p.x >= 0 && p.y >= 0 && p.x < size.x && p.y < size.y;
+}
+
+uint SurfaceId(ivec2 p) {
+  return has_id != 0 ? texelFetch(surface_id, p, 0).x : 0u;
+}
+
+vec4 SumImageMotions(ivec2 p, vec3 normal, uint id, ivec2 size) {
+  vec4 sums = vec4(0.0f);
+  for (int v = -kReflectorStep; v <= kReflectorStep; v += kReflectorStep) {
+    for (int u = -kReflectorStep; u <= kReflectorStep; u += kReflectorStep) {
+      ivec2 q = p + ivec2(u, v);
+      if (IsInside(q, size) && texelFetch(image_depth, q, 0).x > 0.0f &&
+          IsSameReflector(normal, id, texelFetch(surface_normal, q, 0).xyz, SurfaceId(q))) {
+        sums = AddImageMotion(
+            sums, texelFetch(image_motion, q, 0).xy - texelFetch(surface_motion, q, 0).xy);
+      }
+    }
+  }
+  return sums;
+}
+
+// See image_motion.h.
+vec2 ImageMotionOnSurface(ivec2 p, float depth, ivec2 size) {
+  vec3 normal = texelFetch(surface_normal, p, 0).xyz;
+  uint id = SurfaceId(p);
+  vec4 sums = SumImageMotions(p, normal, id, size);
+  vec2 offset = MeanImageMotion(sums);
+  ivec2 q = p + ivec2(floor(offset + 0.5f));
+  bool same = AreMotionsAlike(sums) && IsInside(q, size);
+  q = clamp(q, ivec2(0), size - 1);
+  same = same && IsSameReflector(normal, id, texelFetch(surface_normal, q, 0).xyz, SurfaceId(q)) &&
+         IsAtSameDepth(depth, texelFetch(surface_depth, q, 0).x, offset);
+  return same ? offset : vec2(0.0f);
+}
+
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   ivec2 size = imageSize(depth_out);
@@ -74,6 +112,10 @@ void main() {
   float depth = image ? ImageDepth(seen_depth) : own_depth;
   bool has_light = !HasNoLight(texelFetch(layer_albedo, p, 0).xyz);
   vec2 motion = (image ? texelFetch(image_motion, p, 0) : texelFetch(surface_motion, p, 0)).xy;
+  if (MayMoveWithImage(own_depth, seen_depth, roughness, virtual_roughness,
+                       virtual_motion_roughness)) {
+    motion += ImageMotionOnSurface(p, own_depth, size);
+  }
   uint id = 0u;
   if (has_id != 0) {
     id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;

@@ -248,7 +248,7 @@ struct VirtualLayer {
                 const vulkan::VirtualInputs& seen, const FrameFacts& facts,
                 const FrameInputs& inputs) {
     STILLRAY_RETURN_IF_ERROR(
-        passes->RecordLayer(commands, facts, inputs, seen, settings.virtual_roughness));
+        passes->RecordLayer(commands, facts, inputs, seen, SelectGuidesOf(settings, source)));
     const FrameFacts of_layer = passes->FactsOfLayer(facts);
     FrameInputs layer_inputs = passes->InputsOfLayer(inputs);
     layer_inputs.colour = picture();
