@@ -163,8 +163,8 @@ TEST(SelectGuides, PixelsWithoutLightHaveNoSurface) {
     in.surface.specular_albedo[2](2, 0) = 0.01f;  // little light, in one channel
     Guides out;
     Image3 albedo;
-    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo}, {0.2f, 1.0f},
-            &out, &albedo);
+    version({&in.surface, &in.image, &in.roughness, &in.surface.specular_albedo},
+            {0.2f, 1.0f, 0.0f}, &out, &albedo);
     EXPECT_EQ(out.depth(0, 0), kInfinity);
     EXPECT_EQ(out.depth(1, 0), kInfinity);
     EXPECT_EQ(out.depth(2, 0), 5);
