@@ -255,8 +255,9 @@ const CleanScene kCleanScenes[] = {
     {"spheres_slow", {.scene = "spheres", .step = 1.0 / 30}},
     {"lights_slow", {.scene = "lights", .start = 2, .step = 1.0 / 30}},
     {"lights_centred", {.scene = "lights", .jitter = false}},
-    {"mirrors", {.scene = "mirrors", .step = 1.0 / 30}},
-    {"mirrors_fast", {.scene = "mirrors", .step = 0.1}},
+    {"mirrors", {.scene = "mirrors", .step = 1.0 / 30, .virtual_guides = true}},
+    {"mirrors_fast", {.scene = "mirrors", .step = 0.1, .virtual_guides = true}},
+    {"rough_reflections", {.virtual_guides = true}},
     {"cornell_4_spp", {.scene = "cornell", .spp = 4}},
     // A still camera and still things: the animation has not begun to matter.
     {"still", {.scene = "spheres", .step = 0}},
@@ -277,8 +278,8 @@ INSTANTIATE_TEST_SUITE_P(All, CleanScenes, ::testing::ValuesIn(kCleanScenes),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
-  const Sequence clean =
-      RenderSequence({.scene = "mirrors", .width = 192, .height = 108, .step = 0.1});
+  const Sequence clean = RenderSequence(
+      {.scene = "mirrors", .width = 192, .height = 108, .step = 0.1, .virtual_guides = true});
   Sequence sequence = clean;
   ChangeChannel(&sequence, "reflection_depth.Z", Times(0.5f));
   EXPECT_EQ(FindingsOf(sequence), Names{"image_depth_nearer"});
@@ -292,7 +293,8 @@ TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
 }
 
 TEST(Confidence, OutsideItsRangeIsNamed) {
-  Sequence sequence = RenderSequence({.width = 192, .height = 108, .step = 0.1});
+  Sequence sequence =
+      RenderSequence({.width = 192, .height = 108, .step = 0.1, .virtual_guides = true});
   const auto planted = [&](float value) {
     Sequence with = sequence;
     for (NumberedImage& f : with) {

@@ -98,6 +98,7 @@ Sequence RenderSequence(const SceneOptions& o) {
   settings.height = o.height;
   settings.spp = o.spp;
   settings.jitter = o.jitter;
+  settings.virtual_guides = o.virtual_guides;
   const auto renderer = Renderer::Create(*scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
   settings.jitter = false;

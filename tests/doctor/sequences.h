@@ -34,6 +34,7 @@ struct SceneOptions {
   /// Four samples spread over the pixel: light, albedo and normals are their means; depth, motion
   /// and ids are those of the pixel's centre.
   bool averaged = false;
+  bool virtual_guides = false;  ///< with the layers of what surfaces reflect and let through
 };
 /// Frames 1, 2, ... of a built-in scene with the layers that `stillray render` writes.
 Sequence RenderSequence(const SceneOptions& options);
