@@ -12,7 +12,7 @@
 
 namespace stillray {
 
-/// Rows of a picture that a task takes where nothing asks for more or fewer.
+/// Rows of a picture per task, unless there is a reason for more or fewer.
 inline constexpr int kRowsPerTask = 16;
 
 /// Calls body(y0, y1) for consecutive bands of at most `band` rows that cover 0..height.

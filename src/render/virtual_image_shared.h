@@ -25,7 +25,7 @@ using glm::transpose;
 
 // Perceptual roughness up to which a surface counts as smooth.
 const float kSmoothRoughness = 0.1f;
-// The same of visible surfaces that reflect an image: it is blurred up to here, but its place tells
+// The same of visible surfaces that reflect an image. It is blurred, but its position determines
 // how the reflected light moves.
 const float kMostReflectingRoughness = 0.5f;
 // Longer chains show no image: two faces of three glass bodies, and two mirrors.

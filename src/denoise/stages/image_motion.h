@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Part of select_guides: the motion of light that a rough surface reflects, pixel by pixel for all
-/// versions on the CPU: few pixels have it, and those ask for others around them.
+/// versions on the CPU: few pixels have it, and those read others around them.
 #pragma once
 
 #include "denoise/stages/select_guides.h"
