@@ -61,8 +61,18 @@ function(stillray_use_common_headers target)
   target_precompile_headers(${target} REUSE_FROM stillray_common_headers)
 endfunction()
 
-# What reads files of unknown origin: see tests/fuzz.
+# What reads files of unknown origin: see tests/fuzz. The C API, which fuzzer capi_fuzz calls, is instrumented in
+# its own folder.
 set(STILLRAY_FUZZED_MODULES pictures scene io)
+
+# stillray_instrument_for_fuzzing(<target>)
+# The fuzzers see which branches of this target's sources an input takes. Without any such target a fuzzer finds
+# no input interesting and stops with an error.
+function(stillray_instrument_for_fuzzing target)
+  if(STILLRAY_BUILD_FUZZERS)
+    target_compile_options(${target} PRIVATE -fsanitize=fuzzer-no-link)
+  endif()
+endfunction()
 
 # stillray_compile_together(<target> [APART sources...])
 # Compiles the sources of a target eight at a time, which takes half of the time: most of it is for
@@ -99,9 +109,8 @@ function(stillray_add_module name)
   target_link_libraries(stillray_${name}
     PUBLIC ${ARG_PUBLIC}
     PRIVATE $<BUILD_INTERFACE:stillray_options> ${ARG_PRIVATE})
-  # The fuzzers see which branches of these modules an input takes.
   if(STILLRAY_BUILD_FUZZERS AND "${name}" IN_LIST STILLRAY_FUZZED_MODULES)
-    target_compile_options(stillray_${name} PRIVATE -fsanitize=fuzzer-no-link)
+    stillray_instrument_for_fuzzing(stillray_${name})
     set(ARG_OWN_FLAGS ON)
   endif()
   if(TARGET stillray_common_headers AND fmt::fmt IN_LIST ARG_PRIVATE AND NOT ARG_OWN_FLAGS)
