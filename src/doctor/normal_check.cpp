@@ -59,6 +59,10 @@ void NormalCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
     return;
   }
   const Image3 n = StoredColour(now, Aov::kNormal);
+  // Importing gives light of volumes a depth, but their pixels have no normal.
+  const Image1 depth = layout_->Find(Aov::kDepth) != nullptr
+                           ? ConvertDepth(StoredPlane(now, Aov::kDepth, 0), layout_->depth)
+                           : now.frame.guides.depth;
   const int step = SampleStep(now.frame.width, now.frame.height, kSamples);
   std::vector<float> lengths;
   int64_t surfaces = 0;
@@ -67,7 +71,7 @@ void NormalCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   for (int y = step / 2; y < now.frame.height; y += step) {
     for (int x = step / 2; x < now.frame.width; x += step) {
       const float length = Length(n[0](x, y), n[1](x, y), n[2](x, y));
-      if (!std::isfinite(now.frame.guides.depth(x, y)) || !std::isfinite(length)) {
+      if (!std::isfinite(depth(x, y)) || !std::isfinite(length)) {
         continue;
       }
       ++surfaces;

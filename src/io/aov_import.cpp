@@ -16,6 +16,7 @@
 #include "io/aov_albedo.h"
 #include "io/aov_samples.h"
 #include "io/aov_seen.h"
+#include "io/fill_depth.h"
 #include "io/lossy.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
@@ -76,6 +77,9 @@ class Importer {
   void ImportPasses();
   void ImportVolume();
   void ImportColourAlone();
+  void KeepStoredAlbedos();
+  bool MayMixGuides() const;
+  void CompleteGuides(const Plane<uint8_t>& without_depth);
   void AddRest();
   void CompleteTransmissionAlbedo();
   Signal& SignalOf(SignalKind kind);
@@ -85,6 +89,7 @@ class Importer {
   const AovLayout& layout_;
   const std::string& name_;
   std::vector<LightPart>* parts_;  ///< or nullptr
+  Image3 volume_;                  ///< light of volumes
   Frame frame_;
 };
 
@@ -426,6 +431,7 @@ void Importer::ImportVolume() {
       const Image3 light = Light(aov);
       KeepPart(aov, kind, light);
       AddTo(light, &SignalOf(kind).radiance);
+      AddTo(light, &volume_);
     }
   }
 }
@@ -465,6 +471,41 @@ void Importer::ImportColourAlone() {
     }
   });
   SignalOf(SignalKind::kDirectDiffuse).radiance = std::move(light);
+}
+
+/// Layers of light without its colour stay divided by the colours of the file.
+void Importer::KeepStoredAlbedos() {
+  for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
+    LightPart& part = (*parts_)[i];
+    if (part.aov >= Aov::kDirectDiffuse && part.aov <= Aov::kIndirectSpecular) {
+      part.stored_albedo = AlbedoOf(frame_.guides, part.kind);
+    }
+  }
+}
+
+/// Whether guides may be means or samples of what rays meet at random. In frames of stillray they
+/// are those of the pixel's centre.
+bool Importer::MayMixGuides() const {
+  return layout_.renderer != "stillray" && !layout_.from_colour &&
+         layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
+}
+
+/// Gives light that was scattered before it met a surface the guides of what is around it.
+/// \param without_depth  as FindCoveredWithoutDepth returns it
+void Importer::CompleteGuides(const Plane<uint8_t>& without_depth) {
+  if (volume_.empty() && without_depth.empty()) {
+    return;
+  }
+  Guides& g = frame_.guides;
+  KeepStoredAlbedos();
+  if (!volume_.empty() && !layout_.normal.encoded) {
+    const Image3 stored_normal = Colour(Aov::kNormal);
+    io::DivideByHits(volume_, stored_normal, &g.albedo);
+    io::DivideByHits(volume_, stored_normal, &g.specular_albedo);
+  }
+  if (!without_depth.empty()) {
+    io::FillDepth(without_depth, &g);
+  }
 }
 
 /// Adds light that the colour has and the passes lack to the signal that the layout names, and
@@ -535,10 +576,14 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   ImportAlbedo();
   frame_.emission = Light(Aov::kEmission);
   frame_.background = Light(Aov::kBackground);
+  Plane<uint8_t> without_depth;
   if (layout_.from_colour) {
     ImportColourAlone();
   } else {
     ImportPasses();
+    if (MayMixGuides()) {
+      without_depth = io::FindCoveredWithoutDepth(frame_, Plane1(Aov::kAlpha).value_or(Image1()));
+    }
     AddRest();
   }
   const bool transmits = frame_.Find(SignalKind::kDirectTransmission) != nullptr ||
@@ -554,7 +599,10 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   frame_.refraction =
       VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
-  ImportSeenGuides();  // compares the albedos as stored
+  ImportSeenGuides();  // compares guides as stored
+  if (MayMixGuides()) {
+    CompleteGuides(without_depth);
+  }
   if (transmits) {
     CompleteTransmissionAlbedo();
   }

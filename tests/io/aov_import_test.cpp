@@ -1,5 +1,6 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -195,6 +196,10 @@ TEST(AovImport, TheWayToTheNextFrame) {
 TEST(AovImport, NothingBehindDepthIsASurface) {
   auto layers = BlenderLayers();
   layers["Depth:Z"] = {1e10f};
+  for (const char* light : {"DiffDir:RGB", "DiffInd:RGB", "GlossDir:RGB", "GlossInd:RGB",
+                            "TransDir:RGB", "TransInd:RGB"}) {
+    layers[light] = {0, 0, 0};
+  }
   const Result<Frame> frame = Import(OnePixel(layers));
   ASSERT_TRUE(frame.ok());
   EXPECT_EQ(frame->guides.depth(0, 0), kInf);
@@ -253,6 +258,60 @@ TEST(AovImport, VolumesJoinTransmittedLight) {
   ASSERT_TRUE(frame.ok());
   EXPECT_EQ(Pixel(frame->Find(SignalKind::kDirectTransmission)->radiance), (Rgb{8, 8, 10}));
   EXPECT_EQ(Pixel(frame->guides.transmission_albedo), (Rgb{0.5f, 1, 0.5f}));
+}
+
+/// Two pixels of a wall with smoke before it: the depth of the first is that of a sample that the
+/// smoke scattered.
+ExrImage SmokeBeforeAWall() {
+  ExrImage image;
+  image.width = 2;
+  image.height = 1;
+  const auto add = [&](const char* name, float first, float second) {
+    Image1 plane(2, 1);
+    plane(0, 0) = first;
+    plane(1, 0) = second;
+    image.Add(name, PixelType::kFloat, plane);
+  };
+  for (const char* c : {"R", "G", "B"}) {
+    add((std::string("DiffDir.") + c).c_str(), 2, 2);
+    add((std::string("DiffCol.") + c).c_str(), 0.125f, 0.25f);
+    add((std::string("VolumeDir.") + c).c_str(), 0.75f, 0.5f);
+  }
+  add("Depth.Z", 1e10f, 4);
+  add("Normal.X", 0, 0);
+  add("Normal.Y", 0, 0);
+  add("Normal.Z", 0.25f, 0.5f);
+  add("IndexOB.X", 0, 3);
+  return image;
+}
+
+TEST(AovImport, LightOfVolumesHasADepth) {
+  const Result<Frame> frame = Import(SmokeBeforeAWall());
+  ASSERT_TRUE(frame.ok()) << frame.status().message();
+  const Guides& g = frame->guides;
+  EXPECT_EQ(g.depth(0, 0), 4);
+  EXPECT_EQ(g.depth(1, 0), 4);
+  EXPECT_EQ(g.id(0, 0), 4u);
+  for (int x = 0; x < 2; ++x) {
+    EXPECT_EQ(g.normal[2](x, 0), 1);
+    EXPECT_EQ(g.albedo[0](x, 0), 0.5f) << "of the wall: a quarter and a half of the samples met it";
+    EXPECT_EQ(frame->Find(SignalKind::kDirectDiffuse)->radiance[0](x, 0), x == 0 ? 0.25f : 0.5f);
+  }
+}
+
+TEST(AovImport, PassesOfVolumesAreDividedByTheColoursOfTheFile) {
+  const ExrImage image = SmokeBeforeAWall();
+  const Result<AovLayout> layout = UnderstandAovs(image, {}, "file");
+  ASSERT_TRUE(layout.ok());
+  std::vector<LightPart> parts;
+  ASSERT_TRUE(ImportFrame(image, *layout, {0, 0}, "file", &parts).ok());
+  const auto diffuse = std::find_if(parts.begin(), parts.end(), [](const LightPart& part) {
+    return part.aov == Aov::kDirectDiffuse;
+  });
+  ASSERT_NE(diffuse, parts.end());
+  ASSERT_FALSE(diffuse->stored_albedo.empty());
+  EXPECT_EQ(diffuse->stored_albedo[0](0, 0), 0.125f);
+  EXPECT_EQ(diffuse->stored_albedo[0](1, 0), 0.25f);
 }
 
 TEST(AovImport, ColourAlone) {

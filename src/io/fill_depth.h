@@ -1,0 +1,41 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Guides of pixels whose depth is that of a sample without a surface, although other samples met
+/// one or were scattered: smoke, fog, hair, and edges under a transparent film. Cycles stores the
+/// depth of one sample, but means of all other layers. Light without a depth is not filtered.
+#pragma once
+
+#include <cstdint>
+
+#include "stillray/frame.h"
+
+namespace stillray::io {
+
+/// Marks the pixels that have to be given a depth: it is +infinity, but the signals hold light.
+/// Samples that a volume scattered and no light reached are black, and belong to its mean too: of
+/// pixels without any light, those within two pixels of one whose samples met a volume and no
+/// surface are marked, or, where the film is transparent, those that are covered.
+/// \param frame  with emission and background, and the signals of light passes
+/// \param alpha  of the picture, or empty; the film is transparent if any of it is below 1
+/// \return 1 where a depth is missing; empty if none is
+Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha);
+
+/// Divides the albedo of pixels that show a volume by the fraction of their samples that met a
+/// surface, which the length of the mean normal is where the surface is flat. The albedo of a mean
+/// is a mean over all samples, so it has the noise of that fraction; divided by the result, the
+/// light has it, and is filtered.
+/// \param volume         light of the volume
+/// \param stored_normal  means over the samples, zero for those that met no surface
+/// \param albedo         [in,out] results are not above 1, unless they were
+void DivideByHits(const Image3& volume, const Image3& stored_normal, Image3* albedo);
+
+/// Gives the marked pixels a depth, interpolated from the pixels around that have one (harmonic
+/// means over cells of 2x2, 4x4, ... pixels, bilinearly interpolated: Gortler et al. 1996, "The
+/// Lumigraph", section 3.4: pull-push), and the id of the first one in the smallest cell. Where no
+/// sample met a surface (the normal is zero), normal, motion and albedos are interpolated likewise.
+/// Without any depth in the picture they are those of a plane that faces the camera and stands
+/// still. \param marked  of the guides' size
+void FillDepth(const Plane<uint8_t>& marked, Guides* guides);
+
+}  // namespace stillray::io
