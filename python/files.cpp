@@ -159,9 +159,16 @@ Status MakeFolder(const std::string& file) {
                : Status::Ok();
 }
 
+void SetAlpha(const std::string& alpha, stillray::SequenceOptions* options) {
+  if (alpha != "keep" && alpha != "denoise") {
+    throw py::value_error(fmt::format("alpha is '{}', expected 'keep' or 'denoise'", alpha));
+  }
+  options->denoise_alpha = alpha == "denoise";
+}
+
 py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string& output,
                       const std::string& frames, const std::string& window, bool passes,
-                      const std::string& preset,
+                      const std::string& alpha, const std::string& preset,
                       const std::vector<std::pair<std::string, std::string>>& settings,
                       const std::string& motion, const std::string& cameras,
                       const std::string& renderer, const std::vector<std::string>& aovs,
@@ -175,6 +182,7 @@ py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string&
   SetWindow(window, &options);
   SetMotion(motion, cameras, &options);
   options.passes = passes;
+  SetAlpha(alpha, &options);
   options.overlap = threads != 1;
   options.aovs.renderer = renderer;
   options.aovs.mappings = aovs;

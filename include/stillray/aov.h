@@ -244,7 +244,7 @@ std::string AovTable(const AovLayout& layout);
 /// New content of the layer that serves as `aov`.
 struct NewLayer {
   Aov aov = Aov::kColour;
-  Image3 values;
+  Image3 values;  ///< of alpha: the first plane
 };
 
 /// The pixels of a decoded file as stored, so that it can be written again without decoding it

@@ -98,7 +98,8 @@ struct SequenceOptions {
   /// A JSON file with the camera of every frame (docs/files.md), which counts in place of cameras
   /// in the files; or empty.
   std::string cameras = {};
-  bool passes = false;  ///< also write the denoised light of every light layer
+  bool passes = false;         ///< also write the denoised light of every light layer
+  bool denoise_alpha = false;  ///< else alpha is copied
   MemoryLimit memory;
   /// Read the next file and write the last one while a frame is filtered, if memory allows. The
   /// bits are the same.

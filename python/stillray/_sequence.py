@@ -53,6 +53,7 @@ def denoise_files(
     frames: str = "",
     window: str = "auto",
     passes: bool = False,
+    alpha: str = "keep",
     preset: str = "default",
     motion: str = "auto",
     cameras: Optional[Path] = None,
@@ -73,6 +74,7 @@ def denoise_files(
         window: "both" for light of earlier and later frames, "past" for that of earlier ones;
             "auto": both where the sequence has no gap and memory is enough
         passes: whether the denoised light of every light layer is written too
+        alpha: "keep" copies alpha, "denoise" filters it as the light is
         preset, settings: as for Denoiser
         motion: "file", "camera", "estimate", "auto": where motion comes from, as --motion
         cameras: a JSON file with the camera of every frame, as --cameras
@@ -99,6 +101,6 @@ def denoise_files(
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     texts = [(name, _setting_text(value)) for name, value in settings.items()]
     return _files.denoise_files(
-        [os.fspath(path) for path in paths], os.fspath(output), frames, window, passes, preset,
-        texts, motion, "" if cameras is None else os.fspath(cameras), renderer, list(aovs), device, threads, memory_limit, resume, progress,
+        [os.fspath(path) for path in paths], os.fspath(output), frames, window, passes, alpha,
+        preset, texts, motion, "" if cameras is None else os.fspath(cameras), renderer, list(aovs), device, threads, memory_limit, resume, progress,
     )  # fmt: skip

@@ -288,7 +288,7 @@ Result<std::string> ReplaceLight(const std::string& original, const AovLayout& l
   NewLight light;
   for (const NewLayer& layer : layers) {
     const AovSource* source = layout.Find(layer.aov);
-    for (size_t c = 0; source != nullptr && c < 3; ++c) {
+    for (size_t c = 0; source != nullptr && c < std::min(source->channels.size(), size_t{3}); ++c) {
       light[source->channels[c]] = &layer.values[static_cast<int>(c)];
     }
   }

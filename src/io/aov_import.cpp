@@ -582,7 +582,14 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   } else {
     ImportPasses();
     if (MayMixGuides()) {
-      without_depth = io::FindCoveredWithoutDepth(frame_, Plane1(Aov::kAlpha).value_or(Image1()));
+      const Image1 alpha = Plane1(Aov::kAlpha).value_or(Image1());
+      without_depth = io::FindCoveredWithoutDepth(frame_, alpha);
+      // With a transparent film the background is not in the picture; as a layer it is unchanged.
+      if (!without_depth.empty() && !volume_.empty() && !frame_.background.empty() &&
+          parts_ == nullptr && !io::IsPartlyTransparent(alpha)) {
+        io::MoveBackground(without_depth, &frame_.background,
+                           &SignalOf(SignalKind::kIndirectTransmission).radiance);
+      }
     }
     AddRest();
   }

@@ -205,6 +205,8 @@ void Normalise(int x, int y, Image3* normal) {
   }
 }
 
+}  // namespace
+
 bool IsPartlyTransparent(const Image1& alpha) {
   std::atomic<bool> any = false;
   ParallelRows(alpha.height(), kRowsPerTask, [&](int y0, int y1) {
@@ -218,10 +220,8 @@ bool IsPartlyTransparent(const Image1& alpha) {
   return any;
 }
 
-}  // namespace
-
 Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha) {
-  const bool by_alpha = !alpha.empty() && IsPartlyTransparent(alpha);
+  const bool by_alpha = IsPartlyTransparent(alpha);
   Plane<uint8_t> seen(frame.width, frame.height);
   ForEachPixel(frame.width, frame.height,
                [&](int x, int y) { seen(x, y) = WhatIsSeen(frame, x, y); });
@@ -229,15 +229,25 @@ Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha) 
   std::atomic<bool> any = false;
   ForEachPixel(frame.width, frame.height, [&](int x, int y) {
     const uint8_t what = seen(x, y);
-    const bool is_light = what == kLight || what == kVolume;
-    const bool is_black =
-        by_alpha ? what != kSurface && alpha(x, y) > 0 : what == kDark && IsInVolume(seen, x, y);
-    marked(x, y) = is_light || is_black ? 1 : 0;
-    if (is_light || is_black) {
+    const bool has_light = what == kLight || what == kVolume;
+    const bool is_covered = what != kSurface && by_alpha && alpha(x, y) > 0;
+    const bool passes = (what == kDark || what == kBackground) && IsInVolume(seen, x, y);
+    const bool any_of_them = has_light || is_covered || passes;
+    marked(x, y) = any_of_them ? 1 : 0;
+    if (any_of_them) {
       any = true;
     }
   });
   return any ? std::move(marked) : Plane<uint8_t>();
+}
+
+void MoveBackground(const Plane<uint8_t>& without_depth, Image3* background, Image3* signal) {
+  ForEachPixel(background->width(), background->height(), [&](int x, int y) {
+    for (int c = 0; c < 3 && without_depth(x, y) != 0; ++c) {
+      (*signal)[c](x, y) += (*background)[c](x, y);
+      (*background)[c](x, y) = 0;
+    }
+  });
 }
 
 void DivideByHits(const Image3& volume, const Image3& stored_normal, Image3* albedo) {

@@ -12,14 +12,21 @@
 
 namespace stillray::io {
 
-/// Marks the pixels that have to be given a depth: it is +infinity, but the signals hold light.
-/// Samples that a volume scattered and no light reached are black, and belong to its mean too: of
-/// pixels without any light, those within two pixels of one whose samples met a volume and no
-/// surface are marked, or, where the film is transparent, those that are covered.
-/// \param frame  with emission and background, and the signals of light passes
-/// \param alpha  of the picture, or empty; the film is transparent if any of it is below 1
-/// \return 1 where a depth is missing; empty if none is
+/// Whether any value is below 1. \param alpha  may be empty
+bool IsPartlyTransparent(const Image1& alpha);
+
+/// Marks the pixels that have to be given a depth: it is +infinity, but the signals hold light, or
+/// the film is covered. Samples that pass a volume, or that it scatters and no light reaches,
+/// belong to its mean too: pixels without any light, or with background alone, are marked if they
+/// lie within two pixels of one whose samples met a volume and no surface. \param frame  with
+/// emission and background, and the signals of light passes \param alpha  of the picture, or empty;
+/// the film is transparent if any of it is below 1 \return 1 where a depth is missing; empty if
+/// none is
 Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha);
+
+/// Moves the background behind volumes to a signal: it has the noise of the samples that pass.
+/// \param without_depth  as FindCoveredWithoutDepth returns it
+void MoveBackground(const Plane<uint8_t>& without_depth, Image3* background, Image3* signal);
 
 /// Divides the albedo of pixels that show a volume by the fraction of their samples that met a
 /// surface, which the length of the mean normal is where the surface is flat. The albedo of a mean

@@ -2,11 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequence/filter.h"
 
-#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
 
+#include "sequence/byte_blocks.h"
 #include "sequence/frame_loop.h"
 #include "sequence/memory.h"
 
@@ -20,6 +20,9 @@ Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
   if (view_.options.passes) {
     splitter_.emplace(settings_, device);
     outputs = PassSplitter::Outputs();
+  }
+  if (view_.options.denoise_alpha) {
+    alpha_.emplace(settings_, device);
   }
   if (settings_.temporal) {
     outputs.emplace_back("disocclusion");
@@ -61,6 +64,9 @@ Link SequenceFilter::LinkFrame(SequenceFrame* frame, FrameReport* report) {
     if (splitter_) {
       splitter_->Reset();
     }
+    if (alpha_) {
+      alpha_->Reset();
+    }
     report->restarted = true;
   }
   return link;
@@ -86,6 +92,12 @@ Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* repo
     STILLRAY_RETURN_IF_ERROR(splitter_->Split(frame->frame, view_.layout, std::move(frame->parts),
                                               denoised_, &denoised_.colour, layers));
   }
+  if (alpha_) {
+    STILLRAY_RETURN_IF_ERROR(alpha_->Filter(frame->frame, &frame->alpha));
+    NewLayer& layer = layers->emplace_back();
+    layer.aov = Aov::kAlpha;
+    layer.values[0] = std::move(frame->alpha);
+  }
   report->without_history = settings_.temporal ? PartWithoutHistory(denoised_, frame->frame) : 1.0;
   report->denoise_ms = MillisecondsSince(start) - report->future_ms;
   report->missing_light = denoised_.non_finite + denoised_.negative;
@@ -108,38 +120,42 @@ void SequenceFilter::SetPrevious(SequenceFrame frame) {
   previous_ = std::move(frame);
 }
 
-/// The history of the light, followed by that of its parts. The last 8 bytes are the size of the
-/// first.
+/// Blocks: the history of the light, and those of its parts and of alpha if they are denoised.
 Result<std::vector<uint8_t>> SequenceFilter::SaveHistory() const {
-  Result<std::vector<uint8_t>> saved = denoiser_->SaveHistory();
-  if (saved.ok() && splitter_) {
-    std::vector<uint8_t>& bytes = saved.value();
-    const uint64_t size = bytes.size();
-    const Result<std::vector<uint8_t>> parts = splitter_->SaveHistory();
-    STILLRAY_RETURN_IF_ERROR(parts.status());
-    bytes.insert(bytes.end(), parts->begin(), parts->end());
-    bytes.resize(bytes.size() + sizeof(size));
-    std::memcpy(bytes.data() + bytes.size() - sizeof(size), &size, sizeof(size));
+  std::vector<uint8_t> bytes;
+  const auto append = [&](const Result<std::vector<uint8_t>>& history) {
+    if (history.ok()) {
+      AppendBlock(*history, &bytes);
+    }
+    return history.status();
+  };
+  STILLRAY_RETURN_IF_ERROR(append(denoiser_->SaveHistory()));
+  if (splitter_) {
+    STILLRAY_RETURN_IF_ERROR(append(splitter_->SaveHistory()));
   }
-  return saved;
+  if (alpha_) {
+    STILLRAY_RETURN_IF_ERROR(append(alpha_->SaveHistory()));
+  }
+  return bytes;
 }
 
 Status SequenceFilter::RestoreHistory(std::span<const uint8_t> bytes, size_t frames,
                                       const std::string& name) {
-  if (splitter_) {
-    uint64_t size = 0;
-    if (bytes.size() < sizeof(size)) {
-      return Status::BadData(name + " is damaged: it has no history");
-    }
-    const std::span<const uint8_t> all = bytes.first(bytes.size() - sizeof(size));
-    std::memcpy(&size, all.data() + all.size(), sizeof(size));
-    if (size > all.size()) {
-      return Status::BadData(name + " is damaged: its history is cut short");
-    }
-    STILLRAY_RETURN_IF_ERROR(splitter_->RestoreHistory(all.subspan(size)));
-    bytes = all.first(size);
+  const Status cut_short = Status::BadData(name + " is damaged: its history is cut short");
+  std::span<const uint8_t> light;
+  std::span<const uint8_t> parts;
+  std::span<const uint8_t> alpha;
+  if (!TakeBlock(&bytes, &light) || (splitter_ && !TakeBlock(&bytes, &parts)) ||
+      (alpha_ && !TakeBlock(&bytes, &alpha)) || !bytes.empty()) {
+    return cut_short;
   }
-  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(bytes));
+  if (splitter_) {
+    STILLRAY_RETURN_IF_ERROR(splitter_->RestoreHistory(parts));
+  }
+  if (alpha_) {
+    STILLRAY_RETURN_IF_ERROR(alpha_->RestoreHistory(alpha));
+  }
+  STILLRAY_RETURN_IF_ERROR(denoiser_->RestoreHistory(light));
   frames_ = frames;
   return Status::Ok();
 }
@@ -150,7 +166,7 @@ const std::string& SequenceFilter::remark() const {
 
 size_t SequenceFilter::memory_bytes() const {
   return denoiser_->memory_bytes() + (future_ ? future_->memory_bytes() : 0) +
-         (splitter_ ? splitter_->memory_bytes() : 0);
+         (splitter_ ? splitter_->memory_bytes() : 0) + (alpha_ ? alpha_->memory_bytes() : 0);
 }
 
 DeviceMemory SequenceFilter::device_memory() const {
@@ -160,6 +176,9 @@ DeviceMemory SequenceFilter::device_memory() const {
   }
   if (splitter_) {
     AddDeviceMemory(splitter_->device_memory(), &sum);
+  }
+  if (alpha_) {
+    AddDeviceMemory(alpha_->device_memory(), &sum);
   }
   return sum;
 }

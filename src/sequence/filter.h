@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoisers of one sequence: forward, backward for the future, and of the light passes, with
-/// one history that restarts at cuts and gaps.
+/// The denoisers of one sequence: forward, backward for the future, and of the light passes and
+/// of alpha, with one history that restarts at cuts and gaps.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "sequence/alpha.h"
 #include "sequence/frames.h"
 #include "sequence/future.h"
 #include "sequence/passes.h"
@@ -34,7 +35,7 @@ class SequenceFilter {
   /// cut.
   /// \param frame   [in,out] its motion is completed, its parts are moved from
   /// \param report  its name is used in messages; receives the results
-  /// \param layers  [out] the light layers; empty without SequenceOptions::passes
+  /// \param layers  [out] light layers with SequenceOptions::passes, alpha with denoise_alpha
   Status Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
                 std::vector<NewLayer>* layers);
 
@@ -67,6 +68,7 @@ class SequenceFilter {
   const Settings& settings_;
   std::optional<Denoiser> denoiser_;
   std::optional<PassSplitter> splitter_;
+  std::optional<AlphaFilter> alpha_;
   std::optional<FuturePass> future_;
   std::optional<SequenceFrame> previous_;  ///< guides only
   DenoisedFrame denoised_;

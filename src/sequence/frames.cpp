@@ -73,6 +73,10 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);
+    if (options.denoise_alpha) {
+      // ImportFrame has found all channels of the layout.
+      result.alpha = loaded->image.Find(layout.Find(Aov::kAlpha)->channels[0])->values;
+    }
   }
   return result;
 }
@@ -81,6 +85,7 @@ void KeepGuidesOnly(SequenceFrame* frame) {
   frame->bytes = std::string();
   frame->stored = StoredPixels();
   frame->parts.clear();
+  frame->alpha = Image1();
   frame->frame.signals.clear();
   frame->frame.emission = Image3();
   frame->frame.background = Image3();

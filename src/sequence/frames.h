@@ -40,6 +40,7 @@ struct SequenceFrame {
   /// Of its motion; set by LinkToPrevious().
   MotionOrigin origin;
   std::vector<LightPart> parts;  ///< of the light; with SequenceOptions::passes
+  Image1 alpha;                  ///< with SequenceOptions::denoise_alpha
 };
 
 /// How the files of a sequence are read.
@@ -50,7 +51,7 @@ struct SequenceView {
   MotionCache* cache = nullptr;  ///< optional
 };
 
-/// \param to_write  else `bytes`, `stored` and `parts` stay empty
+/// \param to_write  else `bytes`, `stored`, `parts` and `alpha` stay empty
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& view, bool to_write);
 
 /// Frees the data that neighbours do not need: bytes and light.

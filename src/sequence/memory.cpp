@@ -25,6 +25,9 @@ constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(f
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1250;
 
+/// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up.
+constexpr int64_t kBytesPerPixelOfAlpha = 600;
+
 /// For reading and writing in the background: the frame being read, as a file, as its channels and
 /// as planes; the old and new bytes of the one being written, and its channels.
 constexpr int64_t kBytesPerChannelOverlapped = 6 * static_cast<int64_t>(sizeof(float));
@@ -36,6 +39,9 @@ int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
   }
   if (options.passes) {
     per_pixel += kBytesPerPixelOfPasses;
+  }
+  if (options.denoise_alpha) {
+    per_pixel += kBytesPerPixelOfAlpha;
   }
   // With motion in the files, the memory is used only where it is zero: that shows too late.
   if (options.motion == MotionSource::kAuto || options.motion == MotionSource::kEstimate) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
@@ -15,6 +14,7 @@
 #include "denoise/plan.h"
 #include "denoise/signal_groups.h"
 #include "denoise/stages/select_guides.h"
+#include "sequence/byte_blocks.h"
 #include "sequence/memory.h"
 
 namespace stillray {
@@ -153,28 +153,6 @@ void WriteLayers(const Frame& frame, const Guides& guides, const AovLayout& layo
     });
     layers->push_back(std::move(layer));
   }
-}
-
-void AppendNumber(uint64_t number, std::vector<uint8_t>* bytes) {
-  uint8_t raw[sizeof(number)];
-  std::memcpy(raw, &number, sizeof(number));
-  bytes->insert(bytes->end(), raw, raw + sizeof(number));
-}
-
-/// Removes a block and its size from the front. \return whether there was one
-bool TakeBlock(std::span<const uint8_t>* bytes, std::span<const uint8_t>* block) {
-  uint64_t size = 0;
-  if (bytes->size() < sizeof(size)) {
-    return false;
-  }
-  std::memcpy(&size, bytes->data(), sizeof(size));
-  *bytes = bytes->subspan(sizeof(size));
-  if (size > bytes->size()) {
-    return false;
-  }
-  *block = bytes->first(size);
-  *bytes = bytes->subspan(size);
-  return true;
 }
 
 }  // namespace
@@ -341,12 +319,10 @@ DeviceMemory PassSplitter::device_memory() const {
 Result<std::vector<uint8_t>> PassSplitter::SaveHistory() const {
   std::vector<uint8_t> bytes;
   for (const auto& [name, denoiser] : denoisers_) {
-    AppendNumber(name.size(), &bytes);
-    bytes.insert(bytes.end(), name.begin(), name.end());
+    AppendBlock(std::span(reinterpret_cast<const uint8_t*>(name.data()), name.size()), &bytes);
     const Result<std::vector<uint8_t>> history = denoiser.SaveHistory();
     STILLRAY_RETURN_IF_ERROR(history.status());
-    AppendNumber(history->size(), &bytes);
-    bytes.insert(bytes.end(), history->begin(), history->end());
+    AppendBlock(*history, &bytes);
   }
   return bytes;
 }

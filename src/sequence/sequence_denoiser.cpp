@@ -135,6 +135,10 @@ Status Impl::ReadFirstFile() {
   if (options.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));
   }
+  if (options.denoise_alpha && layout.Find(Aov::kAlpha) == nullptr) {
+    return Status::InvalidArgument(
+        fmt::format("--alpha denoise: {} has no alpha beside its picture", path));
+  }
   if (options.window == Window::kBoth && !settings.temporal) {
     NarrowWindow("without history there is no future either");
   }

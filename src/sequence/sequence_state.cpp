@@ -18,14 +18,22 @@ std::string FileName(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
+/// Alpha has one, light three.
+int ComponentsOf(const NewLayer& layer) {
+  return layer.aov == Aov::kAlpha ? 1 : 3;
+}
+
 /// Stores the layers of a frame as pictures, under the names of their roles.
 UnwrittenFrame ToUnwritten(const SequencePicture& picture) {
   UnwrittenFrame kept;
   kept.frame = picture.report.frame;
   kept.colour = picture.colour;
   for (const NewLayer& layer : picture.layers) {
-    kept.images.push_back(
-        {AovName(layer.aov), {layer.values[0], layer.values[1], layer.values[2]}});
+    NamedImage& image = kept.images.emplace_back();
+    image.name = AovName(layer.aov);
+    for (int c = 0; c < ComponentsOf(layer); ++c) {
+      image.channels.push_back(layer.values[c]);
+    }
   }
   return kept;
 }
@@ -35,11 +43,11 @@ std::vector<NewLayer> LayersOf(std::vector<NamedImage> images) {
   for (NamedImage& image : images) {
     for (int i = 0; i < kAovCount; ++i) {
       const auto aov = static_cast<Aov>(i);
-      if (image.name == AovName(aov) && image.channels.size() == 3) {
+      if (image.name == AovName(aov) && !image.channels.empty() && image.channels.size() <= 3) {
         NewLayer& layer = layers.emplace_back();
         layer.aov = aov;
-        for (int c = 0; c < 3; ++c) {
-          layer.values[c] = std::move(image.channels[static_cast<size_t>(c)]);
+        for (size_t c = 0; c < image.channels.size(); ++c) {
+          layer.values[static_cast<int>(c)] = std::move(image.channels[c]);
         }
       }
     }
@@ -54,10 +62,11 @@ using Impl = SequenceDenoiser::Impl;
 /// One "name value" a line; two runs with the same text produce the same bits.
 std::string Impl::Fingerprint(const Device& device) const {
   std::string text = options.state.fingerprint;
-  text += fmt::format("first {}\nrenderer {}\naov {}\nview layer {}\nwindow {}\npasses {}\n",
-                      options.files.front().input, options.aovs.renderer,
-                      fmt::join(options.aovs.mappings, " "), options.aovs.view_layer,
-                      WindowName(options.window), options.passes);
+  text += fmt::format(
+      "first {}\nrenderer {}\naov {}\nview layer {}\nwindow {}\npasses {}\nalpha {}\n",
+      options.files.front().input, options.aovs.renderer, fmt::join(options.aovs.mappings, " "),
+      options.aovs.view_layer, WindowName(options.window), options.passes,
+      options.denoise_alpha ? "denoise" : "keep");
   if (options.window == Window::kBoth) {
     text += fmt::format("last frame (--frames) {}\n", options.files.back().input);
   }

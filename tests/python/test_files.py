@@ -83,6 +83,11 @@ class FilesTest(unittest.TestCase):
         self.expect_same(self.folder / "python7", expected)
         self.assertEqual(frames[-1]["motion"], "estimate")
 
+    def test_alpha_that_does_not_exist_is_named(self):
+        for alpha, message in [("denoise", "has no alpha"), ("clean", "expected 'keep' or 'denoise'")]:
+            with self.assertRaisesRegex(ValueError, message):
+                stillray.denoise_files(self.paths, self.folder / "python8", alpha=alpha)
+
     def test_a_stopped_call_goes_on(self):
         expected = self.by_command("command4", "--window", "both")
         out = self.folder / "python4"

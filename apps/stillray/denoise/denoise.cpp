@@ -47,6 +47,7 @@ Examples:
   stillray denoise frames/ -o clean/ --aov normal=N,encoded --aov motion=mv,ndc,from_previous,y_up
   stillray denoise a.0001.exr a.0002.exr -o clean/ --timings --json log.json
   stillray denoise 'shot.*.exr' -o clean/ --window past --passes --preview 'look/####.png'
+  stillray denoise 'smoke.####.exr' -o clean --alpha denoise
   stillray denoise 'shot.####.exr' -o clean --resume
   stillray denoise 'blurred.####.exr' -o clean --cameras cameras.json
   stillray denoise 'shot.####.exr' -o clean --motion estimate
@@ -99,6 +100,12 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
       "--passes", a->passes,
       "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "
       "that putting the layers together gives the denoised colour");
+  command
+      ->add_option("--alpha", a->alpha,
+                   "keep: alpha is copied; denoise: it is filtered as the light is (smoke, hair, "
+                   "blurred edges)")
+      ->check(OneOf({"keep", "denoise"}))
+      ->capture_default_str();
   command->add_option("--preview", a->preview,
                       "Write display pictures too: a video (look.mp4), or PNG files "
                       "('look/####.png', or a folder)");

@@ -137,6 +137,7 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   sequence.files = std::move(files.value());
   sequence.aovs = arguments.aovs;
   sequence.passes = arguments.passes;
+  sequence.denoise_alpha = arguments.alpha == "denoise";
   sequence.motion = MotionSourceOf(arguments.motion).value_or(MotionSource::kAuto);
   sequence.cameras = arguments.cameras;
   sequence.memory.name = arguments.memory_limit.empty() ? "this machine has" : "--memory-limit is";

@@ -31,6 +31,7 @@ struct DenoiseArguments {
   int threads = 0;
   std::string memory_limit;
   bool passes = false;
+  std::string alpha = "keep";
   bool resume = false;
   bool timings = false;
   bool no_check = false;

@@ -1,0 +1,111 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "sequence/alpha.h"
+
+#include <algorithm>
+#include <atomic>
+#include <utility>
+
+#include "core/pixels.h"
+#include "core/second_moments.h"
+
+namespace stillray {
+namespace {
+
+/// One signal without albedo. Coverage has no outliers that a clamp would have to remove.
+Settings SettingsOfAlpha(Settings settings) {
+  settings.signals = SignalGrouping::kSingle;
+  settings.demodulate = false;
+  settings.firefly = Firefly::kOff;
+  return settings;
+}
+
+bool IsOpaque(const Image1& alpha) {
+  std::atomic<bool> opaque = true;
+  ParallelRows(alpha.height(), kRowsPerTask, [&](int y0, int y1) {
+    for (int y = y0; y < y1 && opaque; ++y) {
+      const float* row = alpha.Row(y);
+      if (!std::all_of(row, row + alpha.width(), [](float a) { return a >= 1; })) {
+        opaque = false;
+      }
+    }
+  });
+  return opaque;
+}
+
+/// The guides of a frame with its alpha as light.
+Frame FrameOfAlpha(const Frame& frame, const Image1& alpha) {
+  Frame coverage;
+  coverage.width = frame.width;
+  coverage.height = frame.height;
+  coverage.index = frame.index;
+  coverage.jitter_x = frame.jitter_x;
+  coverage.jitter_y = frame.jitter_y;
+  coverage.focal_pixels = frame.focal_pixels;
+  coverage.guides = frame.guides;
+  coverage.guides.albedo = Image3();
+  coverage.guides.specular_albedo = Image3();
+  coverage.guides.transmission_albedo = Image3();
+  coverage.samples = frame.samples;
+  Signal& signal = coverage.signals.emplace_back();
+  for (int c = 0; c < 3; ++c) {
+    signal.radiance[c] = alpha;
+  }
+  EstimateSecondMoments(&coverage);
+  return coverage;
+}
+
+}  // namespace
+
+AlphaFilter::AlphaFilter(const Settings& settings, const Device& device)
+    : settings_(SettingsOfAlpha(settings)), device_(device) {}
+
+Status AlphaFilter::Prepare() {
+  if (!denoiser_) {
+    Result<Denoiser> made = Denoiser::Create(settings_, device_);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    denoiser_.emplace(std::move(made.value()));
+  }
+  return Status::Ok();
+}
+
+Status AlphaFilter::Filter(const Frame& frame, Image1* alpha) {
+  if (!denoiser_ && IsOpaque(*alpha)) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(FrameOfAlpha(frame, *alpha), &denoised_));
+  ForEachPixel(frame.width, frame.height, [&](int x, int y) {
+    (*alpha)(x, y) = std::clamp(denoised_.colour[0](x, y), 0.0f, 1.0f);
+  });
+  return Status::Ok();
+}
+
+void AlphaFilter::Reset() {
+  if (denoiser_) {
+    denoiser_->Reset();
+  }
+}
+
+size_t AlphaFilter::memory_bytes() const {
+  return denoiser_ ? denoiser_->memory_bytes() : 0;
+}
+
+DeviceMemory AlphaFilter::device_memory() const {
+  return denoiser_ ? denoiser_->device_memory() : DeviceMemory();
+}
+
+Result<std::vector<uint8_t>> AlphaFilter::SaveHistory() const {
+  return denoiser_ ? denoiser_->SaveHistory() : std::vector<uint8_t>();
+}
+
+Status AlphaFilter::RestoreHistory(std::span<const uint8_t> bytes) {
+  denoiser_.reset();
+  if (bytes.empty()) {
+    return Status::Ok();
+  }
+  STILLRAY_RETURN_IF_ERROR(Prepare());
+  return denoiser_->RestoreHistory(bytes);
+}
+
+}  // namespace stillray
