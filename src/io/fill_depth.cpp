@@ -184,14 +184,33 @@ uint8_t WhatIsSeen(const Frame& frame, int x, int y) {
   return IsLit(frame.emission, x, y) || IsLit(frame.background, x, y) ? kBackground : kDark;
 }
 
-/// Whether a pixel within two pixels shows a volume.
-bool IsInVolume(const Plane<uint8_t>& seen, int x, int y) {
-  constexpr int kRadius = 2;
-  for (int v = std::max(y - kRadius, 0); v <= std::min(y + kRadius, seen.height() - 1); ++v) {
-    for (int u = std::max(x - kRadius, 0); u <= std::min(x + kRadius, seen.width() - 1); ++u) {
-      if (seen(u, v) == kVolume) {
-        return true;
-      }
+/// Counts the pixels that show `what` up to `radius` pixels away, the pixel itself included.
+int CountAround(const Plane<uint8_t>& seen, uint8_t what, int radius, int x, int y) {
+  int count = 0;
+  for (int v = std::max(y - radius, 0); v <= std::min(y + radius, seen.height() - 1); ++v) {
+    for (int u = std::max(x - radius, 0); u <= std::min(x + radius, seen.width() - 1); ++u) {
+      count += seen(u, v) == what ? 1 : 0;
+    }
+  }
+  return count;
+}
+
+/// Whether a sample without light is one of a volume's, which others beside it show.
+bool IsSampleOfVolume(const Plane<uint8_t>& seen, int x, int y) {
+  constexpr int kMostAround = 6;
+  const uint8_t what = seen(x, y);
+  if (what != kDark && what != kBackground) {
+    return false;
+  }
+  return CountAround(seen, kVolume, 2, x, y) > 0 ||
+         (what == kDark && CountAround(seen, kSurface, 1, x, y) >= kMostAround);
+}
+
+bool HasAny(const Plane<uint8_t>& seen, uint8_t what) {
+  for (int y = 0; y < seen.height(); ++y) {
+    const uint8_t* row = seen.Row(y);
+    if (std::find(row, row + seen.width(), what) != row + seen.width()) {
+      return true;
     }
   }
   return false;
@@ -225,14 +244,15 @@ Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha) 
   Plane<uint8_t> seen(frame.width, frame.height);
   ForEachPixel(frame.width, frame.height,
                [&](int x, int y) { seen(x, y) = WhatIsSeen(frame, x, y); });
+  const bool any_volume = HasAny(seen, kVolume);
   Plane<uint8_t> marked(frame.width, frame.height);
   std::atomic<bool> any = false;
   ForEachPixel(frame.width, frame.height, [&](int x, int y) {
     const uint8_t what = seen(x, y);
     const bool has_light = what == kLight || what == kVolume;
     const bool is_covered = what != kSurface && by_alpha && alpha(x, y) > 0;
-    const bool passes = (what == kDark || what == kBackground) && IsInVolume(seen, x, y);
-    const bool any_of_them = has_light || is_covered || passes;
+    const bool any_of_them =
+        has_light || is_covered || (any_volume && IsSampleOfVolume(seen, x, y));
     marked(x, y) = any_of_them ? 1 : 0;
     if (any_of_them) {
       any = true;
