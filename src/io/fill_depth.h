@@ -17,11 +17,12 @@ bool IsPartlyTransparent(const Image1& alpha);
 
 /// Marks the pixels that have to be given a depth: it is +infinity, but the signals hold light, or
 /// the film is covered. Samples that pass a volume, or that it scatters and no light reaches,
-/// belong to its mean too: pixels without any light, or with background alone, are marked if they
-/// lie within two pixels of one whose samples met a volume and no surface. \param frame  with
-/// emission and background, and the signals of light passes \param alpha  of the picture, or empty;
-/// the film is transparent if any of it is below 1 \return 1 where a depth is missing; empty if
-/// none is
+/// belong to its mean too: where some pixel shows a volume alone (its samples met no surface),
+/// those with background or nothing are marked within two pixels of it, and those with nothing
+/// among surfaces.
+/// \param frame  with emission and background, and the signals of light passes
+/// \param alpha  of the picture, or empty; the film is transparent if any of it is below 1
+/// \return 1 where a depth is missing; empty if none is
 Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha);
 
 /// Moves the background behind volumes to a signal: it has the noise of the samples that pass.
@@ -41,8 +42,8 @@ void DivideByHits(const Image3& volume, const Image3& stored_normal, Image3* alb
 /// means over cells of 2x2, 4x4, ... pixels, bilinearly interpolated: Gortler et al. 1996, "The
 /// Lumigraph", section 3.4: pull-push), and the id of the first one in the smallest cell. Where no
 /// sample met a surface (the normal is zero), normal, motion and albedos are interpolated likewise.
-/// Without any depth in the picture they are those of a plane that faces the camera and stands
-/// still. \param marked  of the guides' size
+/// Without any depth in the picture, depth is 1, the normal (0, 0, 1) and motion zero.
+/// \param marked  of the guides' size
 void FillDepth(const Plane<uint8_t>& marked, Guides* guides);
 
 }  // namespace stillray::io

@@ -89,6 +89,20 @@ TEST(FindCoveredWithoutDepth, SamplesThatPassAVolumeBelongToItsMean) {
   }
 }
 
+TEST(FindCoveredWithoutDepth, BlackAmongSurfacesIsThinSmoke) {
+  Frame frame = Wall(16, 8);
+  Hit(&frame, 12, 4, true);
+  SetLight(&frame, 12, 4, 0);
+  EXPECT_TRUE(FindCoveredWithoutDepth(frame, {}).empty()) << "a hole, without any volume";
+  Hit(&frame, 2, 4, true);  // lit smoke far away
+  const Plane<uint8_t> marked = FindCoveredWithoutDepth(frame, {});
+  ASSERT_FALSE(marked.empty());
+  EXPECT_EQ(marked(12, 4), 1);
+  frame.background = Image3(16, 8);
+  frame.background[2](12, 4) = 1;  // sky in the hole
+  EXPECT_EQ(FindCoveredWithoutDepth(frame, {})(12, 4), 0);
+}
+
 TEST(FindCoveredWithoutDepth, HairIsNoVolume) {
   Frame frame = Wall(8, 8);
   Hit(&frame, 3, 3, false);  // one sample between the hairs, others met some
