@@ -271,8 +271,17 @@ def read_colour(path):
     raise ValueError(f"{path}: expected channels R, G and B or a layer Combined")
 
 
+def samples_of(name):
+    """(title, samples per pixel) of a foreign sequence: "Fur" has 1, "Fur:16" has 16."""
+    title, colon, count = name.partition(":")
+    if colon and not (count.isdigit() and int(count) > 0):
+        raise ValueError(f"--sequence {name}: expected NAME or NAME:SPP, such as Fur:16")
+    return (f"{title}, {count} spp", int(count)) if colon else (title, 1)
+
+
 def foreign_sequence(arguments, name, text):
     """Frames of another renderer: PATTERN,REFERENCE with #### for the number of the frame."""
+    title, spp = samples_of(name)
     pattern, _, reference = text.partition(",")
     if "####" not in pattern or "####" not in reference:
         raise ValueError(f"'{name}={text}': expected NAME=PATTERN,REFERENCE with #### in both")
@@ -281,7 +290,7 @@ def foreign_sequence(arguments, name, text):
                     for path in pathlib.Path(reference).parent.glob(f"{head}[0-9][0-9][0-9][0-9]{tail}"))
     if not judged:
         raise ValueError(f"{reference}: no such frame")
-    folder = arguments.work / name.replace(" ", "_")
+    folder = arguments.work / "".join(c if c.isalnum() else "_" for c in name)
     inputs = folder / "inputs"
     inputs.mkdir(parents=True, exist_ok=True)
     log_path = folder / "sum.json"
@@ -296,8 +305,8 @@ def foreign_sequence(arguments, name, text):
             picture_files.write_exr(target, in_standard_layers(
                 picture_files.read_exr(pathlib.Path(entry["input"])),
                 read_colour(pathlib.Path(entry["output"])), log["aovs"]["sources"]))
-    sequence = Sequence(name, folder, [entry["frame"] for entry in log["frames"]], judged, pattern,
-                        reference, 1)
+    sequence = Sequence(title, folder, [entry["frame"] for entry in log["frames"]], judged, pattern,
+                        reference, spp)
     sequence.inputs = inputs
     sequence.rendered_here = False
     return sequence
@@ -571,9 +580,9 @@ def parse():
     parser.add_argument("--tune-scene", default="spheres",
                         help="built-in scene that OpenCV's filters are tuned on")
     parser.add_argument("--sequence", action="append", default=[],
-                        metavar="NAME=PATTERN,REFERENCE",
-                        help="EXR frames of another renderer at 1 sample per pixel, and their "
-                        "references, both with #### for the number of the frame")
+                        metavar="NAME[:SPP]=PATTERN,REFERENCE",
+                        help="EXR frames of another renderer at SPP samples per pixel (default: 1), "
+                        "and their references, both with #### for the number of the frame")
     parser.add_argument("--learned", action="append", default=[], metavar="NAME=COMMAND",
                         help="a filter to compare with: COMMAND INPUT OUTPUT FRAMES denoises")
     parser.add_argument("--remark", action="append", default=[], metavar="TEXT",
@@ -588,7 +597,9 @@ def parse():
     if shutil.which(arguments.stillray) is None:
         parser.error(f"--stillray {arguments.stillray}: expected the program stillray")
     try:
-        named(arguments.sequence + arguments.learned)
+        for name, _ in named(arguments.sequence):
+            samples_of(name)
+        named(arguments.learned)
         for text in arguments.also:
             if not text.partition(":")[2].isdigit():
                 raise ValueError(f"--also {text}: expected SCENE:SPP, such as cornell:64")
@@ -610,7 +621,8 @@ def main():
         print("note: OpenCV's filters are left out: python3-opencv is not installed")
     pairs = [(scene, spp) for scene in arguments.scenes.split(",") for spp in samples]
     pairs += [(scene, int(spp)) for scene, _, spp in (text.partition(":") for text in arguments.also)]
-    needed = sorted({*(spp for _, spp in pairs), *([1] if arguments.sequence else [])})
+    needed = sorted({*(spp for _, spp in pairs),
+                     *(samples_of(name)[1] for name, _ in named(arguments.sequence))})
     settings = {name: {spp: tuned(arguments, name, spp, cv) for spp in needed}
                 for _, name in OPENCV} if cv else {}
     sequences = [render_sequence(arguments, scene, spp) for scene, spp in pairs]
@@ -619,7 +631,7 @@ def main():
     for sequence in sequences:
         rows = measure_sequence(arguments, sequence, settings)
         line = ""
-        if sequence.spp == samples[0]:
+        if sequence.spp == samples[0] or not sequence.rendered_here:
             stem = "".join(c if c.isalnum() else "_" for c in sequence.folder.name.lower())
             image = arguments.images / f"comparison_{stem}.png"
             caption = contact_sheet(sequence, image)

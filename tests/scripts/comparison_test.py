@@ -50,6 +50,13 @@ class Words(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "frames 'x': expected"):
             comparison.parse_frames("x")
 
+    def test_foreign_frames_state_their_samples(self):
+        self.assertEqual(comparison.samples_of("Fur"), ("Fur", 1))
+        self.assertEqual(comparison.samples_of("Long hair:16"), ("Long hair, 16 spp", 16))
+        for wrong in ("Fur:", "Fur:0", "Fur:many"):
+            with self.assertRaisesRegex(ValueError, f"--sequence {wrong}: expected"):
+                comparison.samples_of(wrong)
+
     def test_the_best_of_each_measure(self):
         rows = [("noisy", values(psnr=99, brightness=1.0)),
                 ("`svgf`", values(psnr=31, dark_specks=0, brightness=1.01)),
