@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "denoise/shot_cuts.h"
 #include "sequence/memory.h"
@@ -12,6 +15,16 @@ namespace stillray {
 namespace {
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
+
+/// \param layout  with alpha, whose channels ImportFrame has found
+Result<Image1> AlphaOf(const ExrImage& image, const AovLayout& layout, const std::string& file) {
+  const Channel& channel = *image.Find(layout.Find(Aov::kAlpha)->channels[0]);
+  if (channel.type == PixelType::kUint32) {
+    return Status::InvalidArgument(fmt::format(
+        "--alpha denoise: {} of {} has integers, expected halves or floats", channel.name, file));
+  }
+  return channel.values;
+}
 
 bool SameSize(const Frame& a, const Frame& b) {
   return a.width == b.width && a.height == b.height;
@@ -74,8 +87,9 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);
     if (options.denoise_alpha) {
-      // ImportFrame has found all channels of the layout.
-      result.alpha = loaded->image.Find(layout.Find(Aov::kAlpha)->channels[0])->values;
+      Result<Image1> alpha = AlphaOf(loaded->image, layout, file.input);
+      STILLRAY_RETURN_IF_ERROR(alpha.status());
+      result.alpha = std::move(alpha.value());
     }
   }
   return result;

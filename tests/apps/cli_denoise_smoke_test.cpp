@@ -179,7 +179,7 @@ TEST(CliDenoiseSmoke, AResumedRunHasTheSameAlpha) {
   EXPECT_EQ(other.exit_code, 0) << "a finished run has no state: " << other.errors;
 }
 
-TEST(CliDenoiseSmoke, AlphaThatDoesNotExistIsNamed) {
+TEST(CliDenoiseSmoke, AlphaThatCannotBeFilteredIsNamed) {
   const TemporaryFolder folder;
   ASSERT_TRUE(WriteExr(folder / "in.1.exr", ShotFrame({}, 1)).ok());
   const auto error = [&](const std::string& alpha) {
@@ -190,6 +190,12 @@ TEST(CliDenoiseSmoke, AlphaThatDoesNotExistIsNamed) {
   };
   EXPECT_THAT(error("denoise"), HasSubstr("in.1.exr has no alpha"));
   EXPECT_THAT(error("clean"), HasSubstr("denoise"));
+  ExrImage image = ShotFrame({}, 1);
+  Plane<uint32_t> integers(kWidth, kHeight);
+  integers.Fill(1);
+  image.Add("ViewLayer.Combined.A", integers);
+  ASSERT_TRUE(WriteExr(folder / "in.1.exr", image).ok());
+  EXPECT_THAT(error("denoise"), HasSubstr("ViewLayer.Combined.A of"));
 }
 
 }  // namespace
