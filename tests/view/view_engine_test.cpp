@@ -327,8 +327,8 @@ TEST(ViewEngine, MeasuresAStillViewAgainstItsReference) {
 /// time.
 TEST(ViewEngine, TheCameraIsAnsweredWithinTwoFrames) {
   ViewSettings settings = SettingsOfSize(96, 64);
-  settings.width = 320;
-  settings.height = 200;
+  settings.width = 160;
+  settings.height = 100;
   ViewEngine engine(settings, [] {});
   engine.Open({"builtin:cornell", ""});
   ViewPose pose;
@@ -338,7 +338,7 @@ TEST(ViewEngine, TheCameraIsAnsweredWithinTwoFrames) {
   }));
   settings.free_camera = true;
   settings.pose_scene = 1;
-  for (int i = 0; i < 25; ++i) {
+  for (int i = 0; i < 16; ++i) {
     // At any moment of a frame.
     std::this_thread::sleep_for(std::chrono::milliseconds(3 * (i % 8)));
     pose = Orbit(pose, 0.02f, 0.01f);
