@@ -587,7 +587,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
       // With a transparent film the background is not in the picture; as a layer it is unchanged.
       if (!without_depth.empty() && !volume_.empty() && !frame_.background.empty() &&
           parts_ == nullptr && !io::IsPartlyTransparent(alpha)) {
-        io::MoveBackground(without_depth, &frame_.background,
+        io::MoveBackground(without_depth, volume_, frame_.guides.normal, &frame_.background,
                            &SignalOf(SignalKind::kIndirectTransmission).radiance);
       }
     }

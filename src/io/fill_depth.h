@@ -26,8 +26,13 @@ bool IsPartlyTransparent(const Image1& alpha);
 Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha);
 
 /// Moves the background behind volumes to a signal: it has the noise of the samples that pass.
+/// Between hairs it stays, where its noise and that of the hair's light are opposite: a filter of
+/// one of them alone would let the other one show.
 /// \param without_depth  as FindCoveredWithoutDepth returns it
-void MoveBackground(const Plane<uint8_t>& without_depth, Image3* background, Image3* signal);
+/// \param volume         light of volumes
+/// \param normal         zero where no sample met a surface
+void MoveBackground(const Plane<uint8_t>& without_depth, const Image3& volume, const Image3& normal,
+                    Image3* background, Image3* signal);
 
 /// Divides the albedo of pixels that show a volume by the fraction of their samples that met a
 /// surface, which the length of the mean normal is where the surface is flat. The albedo of a mean

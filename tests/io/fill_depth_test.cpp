@@ -252,21 +252,26 @@ TEST(FillDepth, EmptyPlanesStayEmpty) {
 }
 
 TEST(MoveBackground, ItsNoiseBehindAVolumeIsFiltered) {
-  Image3 background(3, 1);
-  Image3 signal(3, 1);
-  Plane<uint8_t> without_depth(3, 1);
-  for (int x = 0; x < 3; ++x) {
+  Image3 background(4, 1);
+  Image3 signal(4, 1);
+  Image3 volume(4, 1);
+  Image3 normal(4, 1);
+  Plane<uint8_t> without_depth(4, 1);
+  for (int x = 0; x < 4; ++x) {
+    without_depth(x, 0) = x > 0 ? 1 : 0;
+    normal[1](x, 0) = x >= 2 ? 0.5f : 0.0f;
     for (int c = 0; c < 3; ++c) {
       background[c](x, 0) = 2;
       signal[c](x, 0) = 0.5f;
     }
   }
-  without_depth(1, 0) = 1;
-  MoveBackground(without_depth, &background, &signal);
-  for (int x = 0; x < 3; ++x) {
+  volume[0](2, 0) = 0.25f;
+  MoveBackground(without_depth, volume, normal, &background, &signal);
+  for (int x = 0; x < 4; ++x) {
+    const bool moved = x == 1 || x == 2;  // the last one shows hair
     for (int c = 0; c < 3; ++c) {
-      EXPECT_EQ(background[c](x, 0), x == 1 ? 0.0f : 2.0f) << x;
-      EXPECT_EQ(signal[c](x, 0), x == 1 ? 2.5f : 0.5f) << x;
+      EXPECT_EQ(background[c](x, 0), moved ? 0.0f : 2.0f) << x;
+      EXPECT_EQ(signal[c](x, 0), moved ? 2.5f : 0.5f) << x;
     }
   }
 }
