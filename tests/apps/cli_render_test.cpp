@@ -35,14 +35,6 @@ std::vector<std::string> Render(const std::string& folder, std::vector<std::stri
   return all;
 }
 
-std::set<std::string> FilesIn(const std::string& folder) {
-  std::set<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
 /// Pictures of two folders that are not the same byte for byte.
 std::vector<std::string> Differences(const std::string& a, const std::string& b,
                                      const std::string& extension) {

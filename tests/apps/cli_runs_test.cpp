@@ -159,14 +159,6 @@ TEST(CliRuns, OutputThatIsLostIsAFailure) {
   }
 }
 
-std::set<std::string> FilesIn(const std::string& folder) {
-  std::set<std::string> names;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-    names.insert(entry.path().filename().string());
-  }
-  return names;
-}
-
 /// Starts a run of frames 1-5 that ends at frame 3, whose file cannot be written.
 void StopAtThird(const std::string& folder, const std::string& scene = "builtin:cornell",
                  const std::string& threads = "2") {

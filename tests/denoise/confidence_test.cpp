@@ -26,6 +26,7 @@
 namespace stillray {
 namespace {
 
+using test::Denoised;
 using test::Light;
 using test::MakeBusyFrame;
 using test::MakeDenoiser;
@@ -62,16 +63,6 @@ Image1 AnyConfidence(int width, int height, int64_t frame) {
 /// What a denoiser should make of a given value.
 float Used(float given) {
   return std::isnan(given) ? 1.0f : std::fmin(std::fmax(given, 0.0f), 1.0f);
-}
-
-Image3 Denoised(const Settings& settings, const std::vector<Frame>& frames) {
-  Denoiser denoiser = MakeDenoiser(settings);
-  DenoisedFrame out;
-  for (const Frame& frame : frames) {
-    const Status status = denoiser.Denoise(frame, &out);
-    EXPECT_TRUE(status.ok()) << status.message();
-  }
-  return std::move(out.colour);
 }
 
 /// Outputs of the last frame. \param kinds  "history" is that of all signals

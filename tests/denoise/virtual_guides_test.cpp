@@ -18,6 +18,7 @@
 namespace stillray {
 namespace {
 
+using test::Denoised;
 using test::Light;
 using test::MakeBusyFrame;
 using test::MakeDenoiser;
@@ -30,16 +31,6 @@ constexpr int kWidth = 64;
 constexpr int kHeight = 40;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-Image3 Denoised(const Settings& settings, const std::vector<Frame>& frames) {
-  Denoiser denoiser = MakeDenoiser(settings);
-  DenoisedFrame out;
-  for (const Frame& frame : frames) {
-    const Status status = denoiser.Denoise(frame, &out);
-    EXPECT_TRUE(status.ok()) << status.message();
-  }
-  return std::move(out.colour);
-}
 
 /// The surface's own guides as those of an image.
 VirtualGuides OwnGuides(const Frame& f) {

@@ -125,13 +125,6 @@ void ExpectMotion(const Frame& frame, int x, int y, vec2 expected) {
   EXPECT_NEAR(frame.guides.motion[1](x, y), expected.y, 0.01f) << x << ' ' << y;
 }
 
-RenderMoment MomentAt(double seconds, double previous) {
-  RenderMoment moment;
-  moment.seconds = seconds;
-  moment.previous_seconds = previous;
-  return moment;
-}
-
 SceneBuilder WallAt(float distance) {
   SceneBuilder builder;
   builder.Add(Quad(vec3(-20, -20, -distance), vec3(40, 0, 0), vec3(0, 40, 0)), Lambert(vec3(0.5f)));

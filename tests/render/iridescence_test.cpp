@@ -208,12 +208,6 @@ Material Filmed(Material material, float ior, float thickness) {
   return material;
 }
 
-Material Plastic(float roughness) {
-  Material plastic = Metal(vec3(1.0f), roughness);
-  plastic.metallic = 0.0f;
-  return plastic;
-}
-
 Surface FlatSurface(const Material& material, vec3 wo, bool front = true) {
   Surface surface;
   surface.geometric = vec3(0, 0, 1);

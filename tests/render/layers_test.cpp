@@ -20,12 +20,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-Material Plastic(float roughness) {
-  Material material = Metal(vec3(1.0f), roughness);
-  material.metallic = 0.0f;
-  return material;
-}
-
 /// A quad that fills the picture of a camera that looks straight at it.
 SceneBuilder WallOf(const Material& material) {
   SceneBuilder builder;

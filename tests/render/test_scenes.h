@@ -50,6 +50,12 @@ inline Material Metal(vec3 colour, float roughness) {
   return material;
 }
 
+inline Material Plastic(float roughness) {
+  Material material = Metal(vec3(1.0f), roughness);
+  material.metallic = 0.0f;
+  return material;
+}
+
 inline Transform At(vec3 translation) {
   Transform transform;
   transform.translation = translation;
@@ -198,6 +204,13 @@ inline RenderSettings SmallSettings(int width, int height, int spp) {
   settings.spp = spp;
   settings.jitter = false;
   return settings;
+}
+
+inline RenderMoment MomentAt(double seconds, double previous) {
+  RenderMoment moment;
+  moment.seconds = seconds;
+  moment.previous_seconds = previous;
+  return moment;
 }
 
 inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,

@@ -23,13 +23,6 @@ RenderSettings Size() {
   return SmallSettings(kWidth, kHeight, 1);
 }
 
-RenderMoment MomentAt(double now, double previous) {
-  RenderMoment moment;
-  moment.seconds = now;
-  moment.previous_seconds = previous;
-  return moment;
-}
-
 /// The camera of SceneBuilder at a place, looking along -z.
 struct Pinhole {
   dvec3 eye{0.0};

@@ -8,25 +8,16 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/gltf_checks.h"
 
 namespace stillray {
 namespace {
 
 using nlohmann::json;
+using test::ExpectBad;
+using test::ExpectError;
 using test::GltfBuilder;
 using ::testing::HasSubstr;
-using ::testing::Not;
-
-void ExpectError(const Result<Scene>& scene, StatusCode code, const std::string& part) {
-  ASSERT_FALSE(scene.ok()) << "expected: " << part;
-  EXPECT_EQ(scene.status().code(), code) << scene.status().message();
-  EXPECT_THAT(scene.status().message(), HasSubstr(part));
-  EXPECT_THAT(scene.status().message(), Not(HasSubstr("\n")));
-}
-
-void ExpectBad(const GltfBuilder& builder, const std::string& part) {
-  ExpectError(builder.Load(), StatusCode::kBadData, part);
-}
 
 GltfBuilder Triangle() {
   GltfBuilder builder;

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/gltf_checks.h"
 #include "scene/material_textures.h"
 #include "scene/test_pictures.h"
 
@@ -14,14 +15,9 @@ namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
+using test::Loaded;
 using ::testing::Contains;
 using ::testing::HasSubstr;
-
-Scene Loaded(const GltfBuilder& builder) {
-  Result<Scene> scene = builder.Load();
-  EXPECT_TRUE(scene.ok()) << scene.status().message();
-  return scene.ok() ? std::move(scene).value() : Scene();
-}
 
 Scene WithMaterial(const json& material) {
   GltfBuilder builder;

@@ -7,21 +7,17 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/gltf_checks.h"
 
 namespace stillray {
 namespace {
 
 using test::GltfBuilder;
+using test::Loaded;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
-
-Scene Loaded(const GltfBuilder& builder) {
-  Result<Scene> scene = builder.Load();
-  EXPECT_TRUE(scene.ok()) << scene.status().message();
-  return scene.ok() ? std::move(scene).value() : Scene();
-}
 
 /// Four corners of the unit square, in the order of a triangle strip.
 const std::vector<float> kSquare = {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0};

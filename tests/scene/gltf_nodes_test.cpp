@@ -6,22 +6,18 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/gltf_checks.h"
 
 namespace stillray {
 namespace {
 
 using nlohmann::json;
 using test::GltfBuilder;
+using test::Loaded;
 using ::testing::Contains;
 using ::testing::HasSubstr;
 
 constexpr float kSqrtHalf = 0.70710678f;
-
-Scene Loaded(const GltfBuilder& builder) {
-  Result<Scene> scene = builder.Load();
-  EXPECT_TRUE(scene.ok()) << scene.status().message();
-  return scene.ok() ? std::move(scene).value() : Scene();
-}
 
 int FindNode(const Scene& scene, const std::string& name) {
   for (size_t i = 0; i < scene.nodes.size(); ++i) {

@@ -8,29 +8,19 @@
 #include <gtest/gtest.h>
 
 #include "scene/gltf_builder.h"
+#include "scene/gltf_checks.h"
 
 namespace stillray {
 namespace {
 
 using nlohmann::json;
+using test::ExpectBad;
 using test::GltfBuilder;
+using test::Loaded;
 using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
-
-Scene Loaded(const GltfBuilder& builder) {
-  Result<Scene> scene = builder.Load();
-  EXPECT_TRUE(scene.ok()) << scene.status().message();
-  return scene.ok() ? std::move(scene).value() : Scene();
-}
-
-void ExpectBad(const GltfBuilder& builder, const std::string& part) {
-  const Result<Scene> scene = builder.Load();
-  ASSERT_FALSE(scene.ok()) << "expected: " << part;
-  EXPECT_EQ(scene.status().code(), StatusCode::kBadData);
-  EXPECT_THAT(scene.status().message(), HasSubstr(part));
-}
 
 const std::vector<uint8_t> kJoints = {0, 1, 0, 0, 1, 0, 0, 0, 1, 1, 0, 0};
 const std::vector<float> kWeights = {0.5f, 0.5f, 0, 0, 1, 0, 0, 0, 0.25f, 0.75f, 0, 0};
