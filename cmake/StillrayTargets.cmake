@@ -78,6 +78,8 @@ endfunction()
 # Compiles the sources of a target eight at a time, which takes half of the time: most of it is for
 # headers and templates that they have in common. APART: sources that have a translation unit of their
 # own, because of a name in an unnamed namespace or since each instruction set compiles them again.
+# The sources of a test program have helpers of the same names: each source x_test.cpp is in a
+# namespace x_test of its own. What two of them need is in a header of their folder.
 function(stillray_compile_together target)
   if(STILLRAY_UNITY_BUILD)
     cmake_parse_arguments(ARG "" "" "APART" ${ARGN})

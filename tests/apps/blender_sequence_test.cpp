@@ -14,7 +14,7 @@
 #include "stillray/io.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::blender_sequence_test {
 namespace {
 
 std::string SequenceFolder() {
@@ -201,4 +201,4 @@ TEST(BlenderSequence, FlickerIsGone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::blender_sequence_test

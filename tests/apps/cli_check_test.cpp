@@ -15,7 +15,7 @@
 #include "apps/program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_check_test {
 namespace {
 
 using nlohmann::json;
@@ -155,4 +155,4 @@ TEST(CliCheckHelp, HasExamplesAndExitCodes) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_check_test

@@ -13,7 +13,7 @@
 #include "stillray/io.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::cli_compare_test {
 namespace {
 
 using nlohmann::json;
@@ -390,4 +390,4 @@ TEST_F(CliCompare, CommandLine) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_compare_test

@@ -17,7 +17,7 @@
 #include "stillray/io.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_blender_test {
 namespace {
 
 class BlenderWindow : public ::testing::Test {
@@ -128,4 +128,4 @@ TEST_F(BlenderWindow, CamerasTellTheMotionOfWhatStandsStill) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_blender_test

@@ -15,7 +15,7 @@
 #include "program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_mirror_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -236,4 +236,4 @@ TEST(CliDenoiseMirror, PassesAddUpToTheColour) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_mirror_test

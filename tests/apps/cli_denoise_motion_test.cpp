@@ -14,7 +14,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_motion_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -311,4 +311,4 @@ TEST(CliDenoiseMotionErrors, APanoramaIsEstimated) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_motion_test

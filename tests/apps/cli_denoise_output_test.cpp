@@ -17,7 +17,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_output_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -315,4 +315,4 @@ TEST_F(CliDenoiseOutput, JsonThatCannotBeWrittenIsFoundFirst) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_output_test

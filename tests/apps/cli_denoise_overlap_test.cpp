@@ -17,7 +17,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_overlap_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -235,4 +235,4 @@ INSTANTIATE_TEST_SUITE_P(Windows, CliDenoiseOverlap, ::testing::Values("past", "
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_overlap_test

@@ -14,7 +14,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_passes_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -338,4 +338,4 @@ TEST(CliDenoisePasses, WhatCannotBeToldApartIsRefused) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_passes_test

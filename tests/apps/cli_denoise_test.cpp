@@ -16,7 +16,7 @@
 #include "program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -310,4 +310,4 @@ TEST(CliDenoise, ErrorsAreOneLineAndNameTheCause) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_test

@@ -15,7 +15,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_window_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -273,4 +273,4 @@ INSTANTIATE_TEST_SUITE_P(Windows, CliDenoiseResume, ::testing::Values("past", "b
                          [](const auto& info) { return std::string(info.param); });
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_window_test

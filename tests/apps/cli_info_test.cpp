@@ -12,7 +12,7 @@
 #include "apps/program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_info_test {
 namespace {
 
 using nlohmann::json;
@@ -259,4 +259,4 @@ TEST_F(CliInfo, MissingAndUnknownArguments) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_info_test

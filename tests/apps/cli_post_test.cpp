@@ -18,7 +18,7 @@
 #include "stillray/io.h"
 #include "stillray/scene.h"
 
-namespace stillray {
+namespace stillray::cli_post_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -209,4 +209,4 @@ TEST(CliPost, DenoiseNamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_post_test

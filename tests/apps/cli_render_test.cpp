@@ -21,7 +21,7 @@
 #include "stillray/io.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::cli_render_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -537,4 +537,4 @@ TEST(CliRender, HelpHasExamples) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_render_test

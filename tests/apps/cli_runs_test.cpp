@@ -28,7 +28,7 @@
 #include "program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_runs_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -485,4 +485,4 @@ TEST(CliRuns, PicturesDoNotTellFolders) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_runs_test

@@ -15,7 +15,7 @@
 #include "program.h"
 #include "render/other_value.h"
 
-namespace stillray {
+namespace stillray::cli_tracer_options_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -129,4 +129,4 @@ TEST(CliTracerOptions, ErrorsNameOptionValueAndWhatWasExpected) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_tracer_options_test

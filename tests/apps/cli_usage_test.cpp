@@ -16,7 +16,7 @@
 #include "apps/program.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::cli_usage_test {
 namespace {
 
 using testing::AllOf;
@@ -322,4 +322,4 @@ TEST(CliUsage, AnEmptySceneName) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_usage_test

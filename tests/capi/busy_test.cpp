@@ -9,7 +9,7 @@
 
 #include "capi/capi_frames.h"
 
-namespace stillray::test {
+namespace stillray::test::busy_test {
 namespace {
 
 constexpr char kAtWork[] =
@@ -163,4 +163,4 @@ TEST(BusyTest, ReleasedWhileAtWorkItFinishesItsFrame) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::busy_test

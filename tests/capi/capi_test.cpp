@@ -10,7 +10,7 @@
 
 extern "C" const char* StillrayC99Test(void);
 
-namespace stillray::test {
+namespace stillray::test::capi_test {
 namespace {
 
 constexpr int kWidth = 37;
@@ -269,4 +269,4 @@ TEST(CapiTest, TransmissionIsASignalByName) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::capi_test

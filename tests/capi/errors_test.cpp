@@ -9,7 +9,7 @@
 
 #include "capi/capi_frames.h"
 
-namespace stillray::test {
+namespace stillray::test::errors_test {
 namespace {
 
 using testing::HasSubstr;
@@ -275,4 +275,4 @@ TEST_F(ErrorsTest, JitterAndSize) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::errors_test

@@ -9,7 +9,7 @@
 #include "capi/capi_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray::test {
+namespace stillray::test::session_test {
 namespace {
 
 constexpr int kWidth = 40;
@@ -384,4 +384,4 @@ TEST(SessionTest, CancelledWhileFilteringWritesNothingAndRestarts) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::session_test

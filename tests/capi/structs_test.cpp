@@ -9,7 +9,7 @@
 #include "capi/calls.h"
 #include "capi/capi_frames.h"
 
-namespace stillray::test {
+namespace stillray::test::structs_test {
 namespace {
 
 using testing::HasSubstr;
@@ -98,4 +98,4 @@ TEST(ReadStructTest, AMemberThatTheLibraryLacksMustBeZero) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::structs_test

@@ -11,7 +11,7 @@
 #include "capi/capi_frames.h"
 #include "stillray/two_way.hpp"
 
-namespace stillray::test {
+namespace stillray::test::two_way_test {
 namespace {
 
 using testing::HasSubstr;
@@ -253,4 +253,4 @@ TEST(TwoWayCapi, WrongCallsNameWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::two_way_test

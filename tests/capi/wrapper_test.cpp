@@ -10,7 +10,7 @@
 
 #include "capi/capi_frames.h"
 
-namespace stillray::test {
+namespace stillray::test::wrapper_test {
 namespace {
 
 void Give(CallerFrame* caller, api::Denoiser* denoiser) {
@@ -107,4 +107,4 @@ TEST(WrapperTest, AFalseFromProgressCancels) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::wrapper_test

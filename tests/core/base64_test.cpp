@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::base64_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -46,4 +46,4 @@ TEST(Base64, DamagedTextIsAnError) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::base64_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::half_test {
 namespace {
 
 /// The value of a half by its definition.
@@ -58,4 +58,4 @@ TEST(HalfTest, TooLargeAndNotFinite) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::half_test

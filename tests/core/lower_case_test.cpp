@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::lower_case_test {
 namespace {
 
 TEST(LowerCase, ChangesAsciiLettersAlone) {
@@ -19,4 +19,4 @@ TEST(LowerExtension, IsTheEndingOfTheLastName) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::lower_case_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::median_test {
 namespace {
 
 TEST(Median, IsTheMiddleOfAnyOrderAndTheUpperOfTwo) {
@@ -15,4 +15,4 @@ TEST(Median, IsTheMiddleOfAnyOrderAndTheUpperOfTwo) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::median_test

@@ -8,7 +8,7 @@
 
 #include "stillray/image.h"
 
-namespace stillray {
+namespace stillray::memory_blocks_test {
 namespace {
 
 TEST(MemoryBlocks, SumsByHand) {
@@ -81,4 +81,4 @@ TEST(MemoryBlocks, PlanesAreCountedWhileTheyLive) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::memory_blocks_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::nearest_names_test {
 namespace {
 
 TEST(EditDistance, WorkedByHand) {
@@ -45,4 +45,4 @@ TEST(DidYouMean, SaysNothingOfNamesThatAreFar) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::nearest_names_test

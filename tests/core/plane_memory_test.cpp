@@ -8,7 +8,7 @@
 
 #include "stillray/image.h"
 
-namespace stillray {
+namespace stillray::plane_memory_test {
 namespace {
 
 /// Places in a memory page at which planes of that size begin.
@@ -48,4 +48,4 @@ TEST(PlaneMemory, IsZeroWhenMade) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::plane_memory_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::printable_test {
 namespace {
 
 TEST(Printable, EscapesControlCharacters) {
@@ -34,4 +34,4 @@ TEST(Printable, CutsBetweenCharacters) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::printable_test

@@ -10,7 +10,7 @@
 #include "core/guides.h"
 #include "core/pixels.h"
 
-namespace stillray {
+namespace stillray::second_moments_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -143,4 +143,4 @@ TEST(SecondMoments, PicturesOfAFewPixelsHaveNoVariance) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::second_moments_test

@@ -12,7 +12,7 @@
 #include "denoise/stages/reproject.h"
 #include "stage_planes.h"
 
-namespace stillray {
+namespace stillray::accumulate_test {
 namespace {
 
 using test::DifferentBits;
@@ -106,4 +106,4 @@ TEST(AccumulateInPlace, SameBitsUnderAConfidence) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::accumulate_test

@@ -8,7 +8,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::antialias_test {
 namespace {
 
 using test::FillImage;
@@ -136,4 +136,4 @@ TEST(Antialias, AThinDisocclusionIsStillAntialiased) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::antialias_test

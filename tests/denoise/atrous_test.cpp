@@ -10,7 +10,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::atrous_test {
 namespace {
 
 constexpr int kBorder = 16;
@@ -498,4 +498,4 @@ TEST(Atrous, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::atrous_test

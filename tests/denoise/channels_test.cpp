@@ -15,7 +15,7 @@
 #include "denoise/stages/demodulate_shared.h"
 #include "denoise/test_frames.h"
 
-namespace stillray::test {
+namespace stillray::test::channels_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -218,4 +218,4 @@ TEST(Channels, HaveNames) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::channels_test

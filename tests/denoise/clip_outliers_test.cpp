@@ -10,7 +10,7 @@
 #include "denoise/stages/clip_outliers_shared.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::clip_outliers_test {
 namespace {
 
 using test::MakeImage;
@@ -164,4 +164,4 @@ TEST(ClipOutliers, VersionsAgree) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::clip_outliers_test

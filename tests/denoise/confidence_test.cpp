@@ -23,7 +23,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/two_way.hpp"
 
-namespace stillray {
+namespace stillray::confidence_test {
 namespace {
 
 using test::Denoised;
@@ -573,4 +573,4 @@ TEST(Confidence, LightOfTheFutureEndsWhereALampIsSwitched) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::confidence_test

@@ -9,7 +9,7 @@
 #include "core/colour_shared.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::demodulate_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -157,4 +157,4 @@ TEST(Demodulate, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::demodulate_test

@@ -13,7 +13,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::denoiser_history_test {
 namespace {
 
 using test::FillImage;
@@ -249,4 +249,4 @@ TEST(Denoiser, AChangeOfLightEndsHistory) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::denoiser_history_test

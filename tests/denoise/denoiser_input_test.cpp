@@ -14,7 +14,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::denoiser_input_test {
 namespace {
 
 using test::FillImage;
@@ -286,4 +286,4 @@ TEST(Denoiser, SizesFromOnePixelUpWork) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::denoiser_input_test

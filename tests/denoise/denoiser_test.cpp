@@ -18,7 +18,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::denoiser_test {
 namespace {
 
 using test::FillImage;
@@ -587,4 +587,4 @@ TEST(Denoiser, DemodulationKeepsTextureSharp) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::denoiser_test

@@ -9,7 +9,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::estimate_variance_test {
 namespace {
 
 constexpr int kBorder = 16;
@@ -236,4 +236,4 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::estimate_variance_test

@@ -15,7 +15,7 @@
 #include "denoise/fill_guides/fill_guides.h"
 #include "denoise/sparse_frames.h"
 
-namespace stillray {
+namespace stillray::fill_guides_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -179,4 +179,4 @@ TEST(FillGuides, UnknownIsWithoutDepthAndSample) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::fill_guides_test

@@ -11,7 +11,7 @@
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::fireflies_test {
 namespace {
 
 using test::MakeDenoiser;
@@ -151,4 +151,4 @@ TEST(Fireflies, CompressLeavesBrightLightWithoutNoiseAsItIs) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::fireflies_test

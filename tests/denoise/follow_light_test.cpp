@@ -15,7 +15,7 @@
 #include "stage_test.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::follow_light_test {
 namespace {
 
 using test::FillImage;
@@ -203,4 +203,4 @@ TEST(FollowLight, ConstantLightStaysConstant) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::follow_light_test

@@ -19,7 +19,7 @@
 #include "denoise/stages/reproject_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 
-namespace stillray {
+namespace stillray::formulas_test {
 namespace {
 
 TEST(Formulas, NewFrameWeight) {
@@ -356,4 +356,4 @@ TEST(EdgeStopping, CurvedSurfacesAcceptTheirNeighbours) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::formulas_test

@@ -15,7 +15,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::future_test {
 namespace {
 
 using test::FillImage;
@@ -220,4 +220,4 @@ TEST(ReverseMotion, NothingIsFoundBehindWhatMovedInFront) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::future_test

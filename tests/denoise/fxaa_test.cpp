@@ -11,7 +11,7 @@
 #include "denoise/stages/fxaa.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::fxaa_test {
 namespace {
 
 using test::FillImage;
@@ -71,4 +71,4 @@ TEST(Fxaa, VectorVersionHasTheBitsOfTheReferenceOnEveryTarget) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::fxaa_test

@@ -12,7 +12,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::jitter_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -103,4 +103,4 @@ TEST(Antialias, OnlyJitteredFramesNeedMotionForIt) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::jitter_test

@@ -17,7 +17,7 @@
 #include "denoise/stages/keep_mirrors_shared.h"
 #include "denoise/stages/keep_samples.h"
 
-namespace stillray {
+namespace stillray::keep_mirrors_test {
 namespace {
 
 using test::MakeDenoiser;
@@ -247,4 +247,4 @@ TEST(KeepMirrors, LeavesTheHistoryAlone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::keep_mirrors_test

@@ -13,7 +13,7 @@
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::keep_samples_test {
 namespace {
 
 using test::MakeDenoiser;
@@ -221,4 +221,4 @@ TEST(KeepSamples, OneSampleIsUnchanged) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::keep_samples_test

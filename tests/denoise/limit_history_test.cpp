@@ -15,7 +15,7 @@
 #include "denoise/stages/atrous.h"
 #include "stage_planes.h"
 
-namespace stillray {
+namespace stillray::limit_history_test {
 namespace {
 
 using test::kHeight;
@@ -278,4 +278,4 @@ TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::limit_history_test

@@ -6,7 +6,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::merge_future_test {
 namespace {
 
 using Version = decltype(&cpu::MergeFuture);
@@ -98,4 +98,4 @@ TEST(MergeFuture, VectorsMatchTheReferenceAlsoInPlace) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::merge_future_test

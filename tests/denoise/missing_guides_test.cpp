@@ -13,7 +13,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::missing_guides_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -236,4 +236,4 @@ TEST(OddValues, MotionThatIsNowhereFiniteIsReportedWhereItIsRead) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::missing_guides_test

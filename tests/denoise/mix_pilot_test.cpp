@@ -6,7 +6,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::mix_pilot_test {
 namespace {
 
 using test::MakePlane;
@@ -52,4 +52,4 @@ TEST(MixPilot, VersionsAgree) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::mix_pilot_test

@@ -15,7 +15,7 @@
 #include "denoise/stage_parity.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::named_outputs_test {
 namespace {
 
 using test::MakeDenoiser;
@@ -148,4 +148,4 @@ TEST(NamedOutputs, NamesAreThoseOfTheSettings) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::named_outputs_test

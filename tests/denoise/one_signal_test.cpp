@@ -7,7 +7,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::one_signal_test {
 namespace {
 
 /// Frames of four signals without invalid light: with it, one signal of the sum would differ from
@@ -59,4 +59,4 @@ TEST(OneSignalTest, FramesWithSecondMomentsStayAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::one_signal_test

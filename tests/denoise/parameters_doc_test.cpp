@@ -12,7 +12,7 @@
 
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::parameters_doc_test {
 namespace {
 
 std::string Range(const Parameter& p) {
@@ -81,4 +81,4 @@ TEST(Parameters, DocumentIsThatOfTheTable) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::parameters_doc_test

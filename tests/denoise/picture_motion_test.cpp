@@ -6,7 +6,7 @@
 
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::picture_motion_test {
 namespace {
 
 constexpr int kWidth = 32;
@@ -90,4 +90,4 @@ TEST(PictureMotion, NoMotionStaysNone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::picture_motion_test

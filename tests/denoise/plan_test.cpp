@@ -11,7 +11,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::plan_test {
 namespace {
 
 Settings Preset(const char* name) {
@@ -312,4 +312,4 @@ TEST(Plan, TheTableNamesEverySettingThatBeginsTheHistoryAnew) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::plan_test

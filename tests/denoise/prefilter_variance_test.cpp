@@ -14,7 +14,7 @@
 #include "denoise/stages/prepare_guides.h"
 #include "stage_planes.h"
 
-namespace stillray {
+namespace stillray::prefilter_variance_test {
 namespace {
 
 using test::kHeight;
@@ -146,4 +146,4 @@ TEST(SmoothVariance, MeanOfPixelsWithLight) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::prefilter_variance_test

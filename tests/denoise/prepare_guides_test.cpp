@@ -9,7 +9,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::prepare_guides_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -210,4 +210,4 @@ TEST(PrepareGuides, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::prepare_guides_test

@@ -14,7 +14,7 @@
 #include "denoise/test_frames.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::previous_normal_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -217,4 +217,4 @@ TEST(PreviousNormal, OfTheSizeOfTheFrame) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::previous_normal_test

@@ -11,7 +11,7 @@
 #include "denoise/stages/demodulate.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::remodulate_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -112,4 +112,4 @@ TEST(Remodulate, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::remodulate_test

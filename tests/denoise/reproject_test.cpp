@@ -9,7 +9,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::reproject_test {
 namespace {
 
 constexpr int kBorder = 4;
@@ -267,4 +267,4 @@ TEST(Reproject, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::reproject_test

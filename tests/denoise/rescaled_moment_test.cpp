@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::rescaled_moment_test {
 namespace {
 
 // Grey albedos: the moment of light l / a is that of l, divided by the square of a.
@@ -34,4 +34,4 @@ TEST(RescaledMoment, VarianceIsNotNegative) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::rescaled_moment_test

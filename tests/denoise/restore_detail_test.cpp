@@ -18,7 +18,7 @@
 #include "denoise/stage_test.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::restore_detail_test {
 namespace {
 
 using test::FillImage;
@@ -339,4 +339,4 @@ TEST(RestoreDetail, DevicesRefuseIt) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::restore_detail_test

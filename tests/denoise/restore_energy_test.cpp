@@ -19,7 +19,7 @@
 #include "stage_planes.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::restore_energy_test {
 namespace {
 
 using test::DefaultPlan;
@@ -239,4 +239,4 @@ TEST(RestoreEnergy, SparseLightKeepsItsBrightness) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::restore_energy_test

@@ -8,7 +8,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::results_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -77,4 +77,4 @@ TEST(Results, ARestoredHistoryHasNoFinishedFrame) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::results_test

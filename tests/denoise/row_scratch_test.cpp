@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::row_scratch_test {
 namespace {
 
 /// Three of the widest vectors: loops may access as many values before and after a row.
@@ -38,4 +38,4 @@ TEST(RowScratch, HasRoomAroundEveryRow) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::row_scratch_test

@@ -10,7 +10,7 @@
 #include "denoise/guide_source.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::select_guides_test {
 namespace {
 
 using test::MakePlane;
@@ -334,4 +334,4 @@ TEST(SelectGuides, VersionsAgree) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::select_guides_test

@@ -9,7 +9,7 @@
 
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::settings_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -145,4 +145,4 @@ TEST(Settings, ContradictionsAndOutOfRangeStructsAreFound) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::settings_test

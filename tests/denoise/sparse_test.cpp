@@ -14,7 +14,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::sparse_test {
 namespace {
 
 using test::FillImage;
@@ -540,4 +540,4 @@ TEST(Dither, KeepsTheMeanAndBlackAndWhite) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::sparse_test

@@ -11,7 +11,7 @@
 #include "denoise/stages/antialias_shared.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::spline_coefficients_test {
 namespace {
 
 using test::MakePlane;
@@ -151,4 +151,4 @@ TEST(SplineCoefficients, VersionsAgree) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::spline_coefficients_test

@@ -15,7 +15,7 @@
 #include "denoise/stage_parity.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::stages_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -107,4 +107,4 @@ TEST(Stages, SparseFrames) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::stages_test

@@ -13,7 +13,7 @@
 #include "every_target.h"
 #include "stage_planes.h"
 
-namespace stillray {
+namespace stillray::stages_together_test {
 namespace {
 
 using test::DifferentBits;
@@ -196,4 +196,4 @@ TEST(StagesTogether, AntialiasParts) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::stages_together_test

@@ -7,7 +7,7 @@
 #include "denoise/stages/suppress_fireflies_shared.h"
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::suppress_fireflies_test {
 namespace {
 
 using Clamp = decltype(&cpu::ClampFireflies);
@@ -111,4 +111,4 @@ TEST(SuppressFireflies, VectorsMatchTheReference) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::suppress_fireflies_test

@@ -11,7 +11,7 @@
 
 #include "stage_test.h"
 
-namespace stillray {
+namespace stillray::tonemap_test {
 namespace {
 
 using Version = decltype(&cpu::Tonemap);
@@ -124,4 +124,4 @@ TEST(Tonemap, VectorsMatchTheReferenceWithinAStep) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::tonemap_test

@@ -14,7 +14,7 @@
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 
-namespace stillray {
+namespace stillray::two_way_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -367,4 +367,4 @@ TEST(TwoWay, TheMemoryNeedIsKnownBeforeThereIsAFrame) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::two_way_test

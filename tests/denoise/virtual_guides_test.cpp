@@ -15,7 +15,7 @@
 #include "denoise/test_frames.h"
 #include "stillray/two_way.hpp"
 
-namespace stillray {
+namespace stillray::virtual_guides_test {
 namespace {
 
 using test::Denoised;
@@ -309,4 +309,4 @@ TEST(VirtualGuides, ErrorsNameTheImage) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::virtual_guides_test

@@ -18,7 +18,7 @@
 #include "doctor/sequences.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::blender_test {
 namespace {
 
 using Names = std::set<std::string>;
@@ -436,4 +436,4 @@ INSTANTIATE_TEST_SUITE_P(All, NativeFaults, ::testing::ValuesIn(kNativeFaults),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::blender_test

@@ -11,7 +11,7 @@
 #include "doctor/sequences.h"
 #include "stillray/vec.h"
 
-namespace stillray {
+namespace stillray::camera_space_test {
 namespace {
 
 using Names = std::set<std::string>;
@@ -147,4 +147,4 @@ TEST(Orthographic, LinearDepthIsClean) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::camera_space_test

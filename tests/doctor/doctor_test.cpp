@@ -17,7 +17,7 @@
 
 #include "doctor/sequences.h"
 
-namespace stillray {
+namespace stillray::doctor_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -256,4 +256,4 @@ INSTANTIATE_TEST_SUITE_P(All, Cures, ::testing::ValuesIn(kCures),
                          [](const auto& info) { return std::string(info.param.name); });
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::doctor_test

@@ -14,7 +14,7 @@
 #include "core/colour_shared.h"
 #include "doctor/sequences.h"
 
-namespace stillray {
+namespace stillray::planted_test {
 namespace {
 
 using Names = std::set<std::string>;
@@ -413,4 +413,4 @@ TEST(FixedSeed, IsNamedInAStillPicture) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::planted_test

@@ -8,7 +8,7 @@
 #include "core/guides.h"
 #include "gpu/device_test.h"
 
-namespace stillray::test {
+namespace stillray::test::capi_device_test {
 namespace {
 
 constexpr int kWidth = 53;
@@ -132,4 +132,4 @@ TEST_F(CapiDevice, ThreadsMayShareADevice) {
 }
 
 }  // namespace
-}  // namespace stillray::test
+}  // namespace stillray::test::capi_device_test

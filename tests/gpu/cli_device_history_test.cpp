@@ -12,7 +12,7 @@
 #include "apps/program.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::cli_device_history_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -240,4 +240,4 @@ TEST_F(CliDeviceHistory, PassesAreThoseOfTheCpu) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_device_history_test

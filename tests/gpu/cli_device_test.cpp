@@ -14,7 +14,7 @@
 #include "apps/program.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::cli_device_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -251,4 +251,4 @@ TEST_F(FailingProgram, BenchAndViewerSayIt) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_device_test

@@ -9,7 +9,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
-namespace stillray {
+namespace stillray::confidence_test {
 namespace {
 
 constexpr int kWidth = 50;
@@ -114,4 +114,4 @@ TEST_F(ConfidenceOnDevice, OneEverywhereHasTheBitsOfNone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::confidence_test

@@ -10,7 +10,7 @@
 #include "gpu/device_test.h"
 #include "gpu/shared_pipelines.h"
 
-namespace stillray {
+namespace stillray::device_denoiser_test {
 namespace {
 
 using test::ExpectImage;
@@ -384,4 +384,4 @@ TEST(DeviceChoice, AutoIsAGpuOrTheCpuWithTheReason) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::device_denoiser_test

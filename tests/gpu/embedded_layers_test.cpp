@@ -15,7 +15,7 @@
 #include "gpu/put_on_device.h"
 #include "stillray/vulkan.hpp"
 
-namespace stillray {
+namespace stillray::embedded_layers_test {
 namespace {
 
 using test::MakeGlass;
@@ -255,4 +255,4 @@ TEST_F(EmbeddedLayers, SaysWhatIsMissingForTransmittedLight) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::embedded_layers_test

@@ -16,7 +16,7 @@
 #include "stillray/vulkan.h"
 #include "stillray/vulkan.hpp"
 
-namespace stillray {
+namespace stillray::embedding_test {
 namespace {
 
 using test::Barrier;
@@ -535,4 +535,4 @@ TEST_F(Embedding, InC) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::embedding_test

@@ -15,7 +15,7 @@
 #include "gpu/shared_pipelines.h"
 #include "stillray/vulkan.hpp"
 
-namespace stillray {
+namespace stillray::failures_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -272,4 +272,4 @@ TEST_F(Failures, OfAnEmbeddedDenoiserLeaveTheRenderersDeviceUsable) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::failures_test

@@ -8,7 +8,7 @@
 #include <thread>
 #include <vector>
 
-namespace stillray::gpu {
+namespace stillray::gpu::fair_mutex_test {
 namespace {
 
 /// Until so many have the lock or wait for it.
@@ -57,4 +57,4 @@ TEST(FairMutex, AThreadThatLocksAgainWaitsForTheOthers) {
 }
 
 }  // namespace
-}  // namespace stillray::gpu
+}  // namespace stillray::gpu::fair_mutex_test

@@ -16,7 +16,7 @@
 #include "gpu/device_test.h"
 #include "gpu/frame_run.h"
 
-namespace stillray {
+namespace stillray::fill_guides_test {
 namespace {
 
 using test::MakeSparseFrame;
@@ -323,4 +323,4 @@ TEST_F(FillGuides, SequencesThatKnowAllNowAndThenGiveTheReferencesPictures) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::fill_guides_test

@@ -12,7 +12,7 @@
 #include "denoise/vulkan/edge_exponent_shared.h"
 #include "denoise/vulkan/exposure_shared.h"
 
-namespace stillray {
+namespace stillray::formulas_test {
 namespace {
 
 TEST(EdgeExponents, AreTheLogarithmsOfTheWeights) {
@@ -109,4 +109,4 @@ TEST(LimitHistory, CompressionScaleFollowsInSteps) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::formulas_test

@@ -14,7 +14,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
-namespace stillray {
+namespace stillray::future_test {
 namespace {
 
 using test::ExpectImage;
@@ -234,4 +234,4 @@ TEST_F(DeviceFuture, SizesMayChangeOnTheWay) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::future_test

@@ -17,7 +17,7 @@ extern const std::uint32_t kDoubleValues[];
 extern const std::size_t kDoubleValuesWords;
 }  // namespace shaders
 
-namespace stillray {
+namespace stillray::ground_test {
 namespace {
 
 using gpu::Arena;
@@ -303,4 +303,4 @@ TEST_F(Ground, PipelineComputesAndIsTimed) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::ground_test

@@ -21,7 +21,7 @@
 #include "gpu/mirror_frames.h"
 #include "gpu/put_on_device.h"
 
-namespace stillray {
+namespace stillray::layer_split_test {
 namespace {
 
 using test::Ids;
@@ -527,4 +527,4 @@ TEST_F(LayersOnDevice, AFrameOfAnotherSizeIsRefused) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::layer_split_test

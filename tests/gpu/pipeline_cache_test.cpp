@@ -16,7 +16,7 @@
 
 #include "gpu/vulkan_test.h"
 
-namespace stillray {
+namespace stillray::pipeline_cache_test {
 namespace {
 
 using ::testing::IsEmpty;
@@ -114,4 +114,4 @@ TEST_F(KeptPipelines, ADeviceBeginsWithTheFileOfTheLastOne) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::pipeline_cache_test

@@ -16,7 +16,7 @@ extern const std::uint32_t kDoubleValues[];
 extern const std::size_t kDoubleValuesWords;
 }  // namespace shaders
 
-namespace stillray {
+namespace stillray::pipeline_statistics_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -66,4 +66,4 @@ TEST_F(PipelineStatistics, AreOffUnlessAskedFor) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::pipeline_statistics_test

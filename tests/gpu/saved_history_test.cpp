@@ -14,7 +14,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
-namespace stillray {
+namespace stillray::saved_history_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -147,4 +147,4 @@ TEST_F(SavedHistory, OfTheCpuAndOfTheDeviceAreTwoThings) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::saved_history_test

@@ -20,7 +20,7 @@ extern const std::uint32_t kDoubleValues[];
 extern const std::size_t kDoubleValuesWords;
 }  // namespace shaders
 
-namespace stillray {
+namespace stillray::shader_folder_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -124,4 +124,4 @@ TEST_F(ShaderFolder, AMissingFolderIsAnError) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::shader_folder_test

@@ -9,7 +9,7 @@
 #include "gpu/imported_bytes.h"
 #include "gpu/vulkan_test.h"
 
-namespace stillray {
+namespace stillray::shared_memory_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -68,4 +68,4 @@ TEST_F(SharedMemory, SaysThatThereIsNone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::shared_memory_test

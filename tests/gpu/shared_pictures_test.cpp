@@ -9,7 +9,7 @@
 #include "gpu/imported_bytes.h"
 #include "stillray/shared_picture.h"
 
-namespace stillray {
+namespace stillray::shared_pictures_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -109,4 +109,4 @@ TEST_F(SharedPictures, TheDisplayStandsInWhereThereIsNone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::shared_pictures_test

@@ -16,7 +16,7 @@ extern const std::uint32_t kDoubleValues[];
 extern const std::size_t kDoubleValuesWords;
 }  // namespace shaders
 
-namespace stillray {
+namespace stillray::shared_pipelines_test {
 namespace {
 
 class SharedPipelines : public test::VulkanTest {
@@ -95,4 +95,4 @@ TEST_F(SharedPipelines, ThreadsGetOnePipeline) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::shared_pipelines_test

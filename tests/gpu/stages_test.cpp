@@ -12,7 +12,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
-namespace stillray {
+namespace stillray::stages_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -207,4 +207,4 @@ TEST_F(Stages, SmallAndOddSizes) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::stages_test

@@ -15,7 +15,7 @@ extern const std::uint32_t kDoubleValues[];
 extern const std::size_t kDoubleValuesWords;
 }  // namespace shaders
 
-namespace stillray {
+namespace stillray::uniform_blocks_test {
 namespace {
 
 using ::testing::ElementsAreArray;
@@ -74,4 +74,4 @@ TEST(UniformBlocks, WhatIsNoShaderStaysAsItIs) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::uniform_blocks_test

@@ -9,7 +9,7 @@
 #include "denoise/test_frames.h"
 #include "gpu/device_test.h"
 
-namespace stillray {
+namespace stillray::virtual_guides_test {
 namespace {
 
 using test::MakeBusyFrame;
@@ -95,4 +95,4 @@ TEST_F(VirtualGuidesOnDevice, SavedHistoriesContinueWithTheSameBits) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::virtual_guides_test

@@ -15,7 +15,7 @@
 
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_cameras_test {
 namespace {
 
 using Rows = std::array<double, 16>;
@@ -182,4 +182,4 @@ TEST(AovCameras, AreUsedWhereMotionIsMissing) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_cameras_test

@@ -7,7 +7,7 @@
 
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_conventions_test {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -153,4 +153,4 @@ TEST(AovNormal, CameraSpaceIsTurnedBack) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_conventions_test

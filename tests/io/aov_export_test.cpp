@@ -24,7 +24,7 @@
 #include "io/test_files.h"
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_export_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -299,4 +299,4 @@ TEST(AovExport, DamageAndOtherSizesAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_export_test

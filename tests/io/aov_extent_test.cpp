@@ -9,7 +9,7 @@
 #include "io/test_files.h"
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_extent_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -63,4 +63,4 @@ TEST(AovExtent, NeedsTheHeaderAndNothingElse) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_extent_test

@@ -14,7 +14,7 @@
 #include "stillray/aov.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::aov_import_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -599,4 +599,4 @@ TEST(AovImport, StillraysOwnFramesKeepTheirJitter) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_import_test

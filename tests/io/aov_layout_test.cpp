@@ -8,7 +8,7 @@
 
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_layout_test {
 namespace {
 
 using ::testing::Contains;
@@ -312,4 +312,4 @@ TEST(AovLayout, CountsOfCyclesNeedTheNumberTheyAreFractionsOf) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_layout_test

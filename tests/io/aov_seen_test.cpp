@@ -12,7 +12,7 @@
 #include "mirror_room.h"
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::aov_seen_test {
 namespace {
 
 using ::testing::Contains;
@@ -207,4 +207,4 @@ TEST(AovSeen, TheNoteNamesThePassThatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::aov_seen_test

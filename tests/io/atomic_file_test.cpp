@@ -12,7 +12,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::atomic_file_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -260,4 +260,4 @@ TEST(ReadWholeFile, NamesWhatIsMissing) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::atomic_file_test

@@ -12,7 +12,7 @@
 
 #include "mirror_room.h"
 
-namespace stillray::io {
+namespace stillray::io::camera_fit_test {
 namespace {
 
 /// A camera that moves, turns and zooms.
@@ -293,4 +293,4 @@ TEST(PicturePoint, RunsFromSideToSide) {
 }
 
 }  // namespace
-}  // namespace stillray::io
+}  // namespace stillray::io::camera_fit_test

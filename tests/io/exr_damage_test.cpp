@@ -13,7 +13,7 @@
 #include "stillray/aov.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::exr_damage_test {
 namespace {
 
 using ::testing::AnyOf;
@@ -141,4 +141,4 @@ TEST(ExrDamage, WhatIsNoExrIsSaidToBeNone) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::exr_damage_test

@@ -19,7 +19,7 @@
 #include "stillray/aov.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::exr_foreign_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -231,4 +231,4 @@ TEST(ExrForeign, BlendersFramesAreRead) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::exr_foreign_test

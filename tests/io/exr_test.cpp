@@ -11,7 +11,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::exr_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -355,4 +355,4 @@ TEST(ExrColour, SaysWhatThereIsWhereNothingIsClear) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::exr_test

@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::io {
+namespace stillray::io::fill_depth_test {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -299,4 +299,4 @@ TEST(DivideByHits, TheNoiseOfTheFractionLeavesTheAlbedo) {
 }
 
 }  // namespace
-}  // namespace stillray::io
+}  // namespace stillray::io::fill_depth_test

@@ -13,7 +13,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::hdr_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -247,4 +247,4 @@ TEST(Hdr, WritesWhatIsNotFiniteOrBeyondItsRange) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::hdr_test

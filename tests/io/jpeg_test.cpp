@@ -12,7 +12,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::jpeg_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -145,4 +145,4 @@ TEST(Jpeg, RefusesWhatCannotBeWritten) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::jpeg_test

@@ -13,7 +13,7 @@
 #include "core/random.h"
 #include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::lossy_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -152,4 +152,4 @@ TEST(Lossy, KnowsWhatCodecsTouch) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::lossy_test

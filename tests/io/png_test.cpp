@@ -14,7 +14,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::png_test {
 namespace {
 
 using ::testing::AnyOf;
@@ -265,4 +265,4 @@ TEST(Png, WhatIsNoPngIsRefused) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::png_test

@@ -6,7 +6,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::read_image_test {
 namespace {
 
 using ::testing::AllOf;
@@ -63,4 +63,4 @@ TEST(ReadImage, ExrWithoutColourNamesItsChannels) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::read_image_test

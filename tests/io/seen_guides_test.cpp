@@ -14,7 +14,7 @@
 #include "core/pixels.h"
 #include "mirror_room.h"
 
-namespace stillray::io {
+namespace stillray::io::seen_guides_test {
 namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
@@ -300,4 +300,4 @@ TEST(SetSeenGuides, NamesWhatDoesNotFit) {
 }
 
 }  // namespace
-}  // namespace stillray::io
+}  // namespace stillray::io::seen_guides_test

@@ -11,7 +11,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::sequence_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -148,4 +148,4 @@ TEST(AsFramePattern, TurnsWildCardsIntoMarks) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::sequence_test

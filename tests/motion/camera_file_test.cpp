@@ -17,7 +17,7 @@
 
 #include "stillray/vec.h"
 
-namespace stillray::motion {
+namespace stillray::motion::camera_file_test {
 namespace {
 
 using ::testing::AllOf;
@@ -315,4 +315,4 @@ TEST(CameraFiles, NumbersMustBeFinite) {
 }
 
 }  // namespace
-}  // namespace stillray::motion
+}  // namespace stillray::motion::camera_file_test

@@ -13,7 +13,7 @@
 
 #include "motion/moving_scene.h"
 
-namespace stillray::motion {
+namespace stillray::motion::estimate_motion_test {
 namespace {
 
 enum class Where { kAll, kBox, kWall };
@@ -222,4 +222,4 @@ TEST(EstimateMotion, TinyPicturesAndInvalidGuidesDoNoHarm) {
 }
 
 }  // namespace
-}  // namespace stillray::motion
+}  // namespace stillray::motion::estimate_motion_test

@@ -8,7 +8,7 @@
 
 #include "motion/moving_scene.h"
 
-namespace stillray::motion {
+namespace stillray::motion::match_guides_test {
 namespace {
 
 Matched Match(const Guides& now, const Guides& before, const Image2& start = {}) {
@@ -114,4 +114,4 @@ TEST(Distance, IsToTheMostSimilarOfFourPixels) {
 }
 
 }  // namespace
-}  // namespace stillray::motion
+}  // namespace stillray::motion::match_guides_test

@@ -12,7 +12,7 @@
 
 #include "post/pictures.h"
 
-namespace stillray::post {
+namespace stillray::post::depth_of_field_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -327,4 +327,4 @@ TEST(DepthOfField, RejectsBadSettingsAndSizes) {
 }
 
 }  // namespace
-}  // namespace stillray::post
+}  // namespace stillray::post::depth_of_field_test

@@ -10,7 +10,7 @@
 
 #include "post/pictures.h"
 
-namespace stillray::post {
+namespace stillray::post::motion_blur_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -251,4 +251,4 @@ TEST(MotionBlur, RejectsBadSettingsAndSizes) {
 }
 
 }  // namespace
-}  // namespace stillray::post
+}  // namespace stillray::post::motion_blur_test

@@ -7,7 +7,7 @@
 
 #include "core/random.h"
 
-namespace stillray::quality {
+namespace stillray::quality::filter_taps_test {
 namespace {
 
 template <typename T>
@@ -53,4 +53,4 @@ TEST(FilterTaps, GivesTheSameBitsOnEveryTarget) {
 }
 
 }  // namespace
-}  // namespace stillray::quality
+}  // namespace stillray::quality::filter_taps_test

@@ -11,7 +11,7 @@
 #include "quality/metrics.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::flip_test {
 namespace {
 
 using testing::ElementsAre;
@@ -259,4 +259,4 @@ TEST(HdrFlip, SurvivesExtremeRadiance) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::flip_test

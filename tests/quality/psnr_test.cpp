@@ -8,7 +8,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::psnr_test {
 namespace {
 
 double Psnr(const Image3& test, const Image3& reference, bool display) {
@@ -57,4 +57,4 @@ TEST(Psnr, IsTheMeanOverPixelsAndChannels) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::psnr_test

@@ -7,7 +7,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::region_brightness_test {
 namespace {
 
 ImageMetrics Compare(const Image3& test, const Image3& reference, bool display = false) {
@@ -111,4 +111,4 @@ TEST(RegionBrightness, PixelsThatAreNotFiniteAreLeftOut) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::region_brightness_test

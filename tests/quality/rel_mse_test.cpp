@@ -7,7 +7,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::rel_mse_test {
 namespace {
 
 // Channels by hand: (3 - 2)^2 / 4.01, 0, (0.5 - 0)^2 / 0.01.
@@ -66,4 +66,4 @@ TEST(Brightness, OfBlackReferences) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::rel_mse_test

@@ -17,7 +17,7 @@
 #include "quality/report_page.h"
 #include "quality/report_times.h"
 
-namespace stillray::report {
+namespace stillray::report::report_parts_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -295,4 +295,4 @@ TEST(RenderLog, HostileShapesAreRefusedQuickly) {
 }
 
 }  // namespace
-}  // namespace stillray::report
+}  // namespace stillray::report::report_parts_test

@@ -19,7 +19,7 @@
 #include "quality/report_test_folder.h"
 #include "stillray/quality.h"
 
-namespace stillray::report {
+namespace stillray::report::report_test {
 namespace {
 
 using nlohmann::json;
@@ -645,4 +645,4 @@ TEST(WriteReport, UnwritableOutput) {
 }
 
 }  // namespace
-}  // namespace stillray::report
+}  // namespace stillray::report::report_test

@@ -10,7 +10,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::specks_test {
 namespace {
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
@@ -177,4 +177,4 @@ TEST(Specks, AgreeWithTheDefinitionOnNoise) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::specks_test

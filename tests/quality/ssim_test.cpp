@@ -7,7 +7,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::ssim_test {
 namespace {
 
 double Ssim(const Image3& test, const Image3& reference, bool display) {
@@ -126,4 +126,4 @@ TEST(Ssim, OfTinyPictures) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::ssim_test

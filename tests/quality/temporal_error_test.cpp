@@ -9,7 +9,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::temporal_error_test {
 namespace {
 
 using testing::HasSubstr;
@@ -203,4 +203,4 @@ TEST(TemporalError, NamesWhatHasAnotherSize) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::temporal_error_test

@@ -10,7 +10,7 @@
 #include "pictures.h"
 #include "stillray/quality.h"
 
-namespace stillray {
+namespace stillray::worst_share_test {
 namespace {
 
 double WorstShare(const Image3& test, const Image3& reference, bool display = false) {
@@ -97,4 +97,4 @@ TEST(WorstShare, AgreesWithTheDefinitionOnNoise) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::worst_share_test

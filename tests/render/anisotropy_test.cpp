@@ -9,7 +9,7 @@
 #include "render/surface.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::anisotropy_test {
 namespace {
 
 using glm::dvec3;
@@ -361,4 +361,4 @@ TEST(AnisotropyTest, ValuesOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::anisotropy_test

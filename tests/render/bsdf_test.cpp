@@ -9,7 +9,7 @@
 #include "render/surface.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::bsdf_test {
 namespace {
 
 vec3 Tilted(float cosine, float phi = 0.3f) {
@@ -453,4 +453,4 @@ TEST(FresnelTest, RefractionObeysSnell) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::bsdf_test

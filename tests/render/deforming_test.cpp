@@ -9,7 +9,7 @@
 
 #include "render/lens.h"
 
-namespace stillray::render {
+namespace stillray::render::deforming_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -472,4 +472,4 @@ TEST(DeformingSceneTest, JointsBeyondTheLimitAreNamed) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::deforming_test

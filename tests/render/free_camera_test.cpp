@@ -9,7 +9,7 @@
 
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::free_camera_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -187,4 +187,4 @@ TEST(FreeCameraTest, AnimationThatTakesACameraOutOfReachIsRefusedAtThatFrame) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::free_camera_test

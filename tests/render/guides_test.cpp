@@ -9,7 +9,7 @@
 
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::guides_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -304,4 +304,4 @@ TEST(LayersTest, MasksAreHolesOrSolid) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::guides_test

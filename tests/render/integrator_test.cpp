@@ -9,7 +9,7 @@
 
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::integrator_test {
 namespace {
 
 // A convex body of the material, filling the picture, in an environment of radiance 1.
@@ -371,4 +371,4 @@ TEST(RegulariseTest, LeavesTheFirstSurfaceAndDimsCaustics) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::integrator_test

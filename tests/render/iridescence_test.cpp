@@ -12,7 +12,7 @@
 #include "render/surface.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::iridescence_test {
 namespace {
 
 using glm::dvec3;
@@ -447,4 +447,4 @@ TEST(IridescenceTest, ValuesOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::iridescence_test

@@ -15,7 +15,7 @@
 #include "render/surface.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::layers_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -477,4 +477,4 @@ TEST(MaterialLayersTest, FactorsOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::layers_test

@@ -12,7 +12,7 @@
 #include "render/moment.h"
 #include "render/test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::lens_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -480,4 +480,4 @@ TEST(LensTest, WrongLensesAreNamed) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::lens_test

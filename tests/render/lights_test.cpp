@@ -7,7 +7,7 @@
 #include "render/alias_table.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::lights_test {
 namespace {
 
 AliasChoice Choose(const std::vector<AliasEntry>& table, float u) {
@@ -281,4 +281,4 @@ TEST(LightSetTest, MovingLampsAreFollowed) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::lights_test

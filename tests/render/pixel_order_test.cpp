@@ -11,7 +11,7 @@
 
 #include "core/random.h"
 
-namespace stillray::render {
+namespace stillray::render::pixel_order_test {
 namespace {
 
 constexpr int kSide = 192;
@@ -210,4 +210,4 @@ TEST(PixelOrderTest, CyclesAreIndependent) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::pixel_order_test

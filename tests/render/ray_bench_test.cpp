@@ -8,7 +8,7 @@
 
 #include "stillray/scene.h"
 
-namespace stillray::render {
+namespace stillray::render::ray_bench_test {
 namespace {
 
 RenderSettings Small() {
@@ -65,4 +65,4 @@ TEST(RayBenchTest, TellsWhatIsWrongWithTheSettings) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::ray_bench_test

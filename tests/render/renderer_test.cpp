@@ -14,7 +14,7 @@
 #include "other_value.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::renderer_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -524,4 +524,4 @@ TEST(RendererTest, PreparingASceneCanBeStopped) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::renderer_test

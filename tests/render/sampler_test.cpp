@@ -13,7 +13,7 @@
 
 #include "render/draw_numbers.h"
 
-namespace stillray::render {
+namespace stillray::render::sampler_test {
 namespace {
 
 // The first `bits` direction numbers m_k of a Sobol' dimension, from its primitive polynomial of
@@ -224,4 +224,4 @@ TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::sampler_test

@@ -9,7 +9,7 @@
 #include "scene/builtin.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::separate_transmission_test {
 namespace {
 
 constexpr int kWidth = 24;
@@ -252,4 +252,4 @@ TEST(SeparateTransmissionTest, MomentsAreOfTransmittedLight) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::separate_transmission_test

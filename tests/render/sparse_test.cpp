@@ -9,7 +9,7 @@
 
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::sparse_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -342,4 +342,4 @@ TEST(SparseTest, ProgressRisesToOne) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::sparse_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::render {
+namespace stillray::render::texture_test {
 namespace {
 
 // Two texels side by side, red 0 and 255.
@@ -66,4 +66,4 @@ TEST(TextureTest, TransformIsApplied) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::texture_test

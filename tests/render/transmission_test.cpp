@@ -7,7 +7,7 @@
 #include "render/bsdf_shared.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::transmission_test {
 namespace {
 
 // A floor seen from (0, 0.5, 0) straight down, under a directional light and a big sheet at y = 1.
@@ -193,4 +193,4 @@ TEST(BounceLimitTest, MirrorsDo) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::transmission_test

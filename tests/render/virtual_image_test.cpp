@@ -10,7 +10,7 @@
 #include "scene/builtin.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::virtual_image_test {
 namespace {
 
 using glm::dvec2;
@@ -362,4 +362,4 @@ TEST(VirtualImageTest, SmoothClearCoatsShowImages) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::virtual_image_test

@@ -14,7 +14,7 @@
 #include "render/path_shared.h"
 #include "test_scenes.h"
 
-namespace stillray::render {
+namespace stillray::render::volume_test {
 namespace {
 
 using glm::dvec3;
@@ -520,4 +520,4 @@ TEST(VolumeTest, ValuesOutOfRangeAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray::render
+}  // namespace stillray::render::volume_test

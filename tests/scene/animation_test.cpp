@@ -7,7 +7,7 @@
 
 #include "stillray/scene.h"
 
-namespace stillray {
+namespace stillray::animation_test {
 namespace {
 
 constexpr float kSqrtHalf = 0.70710678f;
@@ -144,4 +144,4 @@ TEST(SceneBounds, FollowsTheAnimation) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::animation_test

@@ -9,7 +9,7 @@
 
 #include "scene/builtin.h"
 
-namespace stillray {
+namespace stillray::builtin_shapes_test {
 namespace {
 
 float Volume(const Mesh& mesh) {
@@ -113,4 +113,4 @@ TEST(Isosurface, BlocksFarAwayLoseNothing) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::builtin_shapes_test

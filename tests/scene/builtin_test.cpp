@@ -9,7 +9,7 @@
 
 #include "stillray/scene.h"
 
-namespace stillray {
+namespace stillray::builtin_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -435,4 +435,4 @@ TEST(BuiltinScenes, AnUnknownNameListsTheKnownOnes) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::builtin_test

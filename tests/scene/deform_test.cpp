@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-namespace stillray {
+namespace stillray::deform_test {
 namespace {
 
 using dvec3 = glm::dvec3;
@@ -264,4 +264,4 @@ TEST(DeformTest, TheNumberOfThreadsDoesNotMatter) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::deform_test

@@ -10,7 +10,7 @@
 #include "scene/gltf_builder.h"
 #include "scene/gltf_checks.h"
 
-namespace stillray {
+namespace stillray::gltf_damage_test {
 namespace {
 
 using nlohmann::json;
@@ -298,4 +298,4 @@ TEST(GltfDamage, TextFromFilesIsMadePrintable) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_damage_test

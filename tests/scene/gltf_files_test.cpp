@@ -10,7 +10,7 @@
 #include "scene/gltf_builder.h"
 #include "scene/test_pictures.h"
 
-namespace stillray {
+namespace stillray::gltf_files_test {
 namespace {
 
 using nlohmann::json;
@@ -216,4 +216,4 @@ TEST(DataUri, RefusesWhatIsNotBase64) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_files_test

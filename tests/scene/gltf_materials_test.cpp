@@ -10,7 +10,7 @@
 #include "scene/material_textures.h"
 #include "scene/test_pictures.h"
 
-namespace stillray {
+namespace stillray::gltf_materials_test {
 namespace {
 
 using nlohmann::json;
@@ -469,4 +469,4 @@ TEST(GltfExtensions, AnUnknownOptionalOneIsAWarning) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_materials_test

@@ -9,7 +9,7 @@
 #include "scene/gltf_builder.h"
 #include "scene/gltf_checks.h"
 
-namespace stillray {
+namespace stillray::gltf_meshes_test {
 namespace {
 
 using test::GltfBuilder;
@@ -281,4 +281,4 @@ TEST(GltfMeshes, NothingIsWarnedAboutInAPlainFile) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_meshes_test

@@ -8,7 +8,7 @@
 #include "scene/gltf_builder.h"
 #include "scene/gltf_checks.h"
 
-namespace stillray {
+namespace stillray::gltf_nodes_test {
 namespace {
 
 using nlohmann::json;
@@ -293,4 +293,4 @@ TEST(GltfAnimations, OfTwoChannelsForOneThingTheFirstCounts) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_nodes_test

@@ -10,7 +10,7 @@
 #include "scene/gltf_builder.h"
 #include "scene/gltf_checks.h"
 
-namespace stillray {
+namespace stillray::gltf_skins_test {
 namespace {
 
 using nlohmann::json;
@@ -350,4 +350,4 @@ TEST(GltfSkins, EveryFlippedByteIsSurvived) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::gltf_skins_test

@@ -7,7 +7,7 @@
 
 #include "scene/test_pictures.h"
 
-namespace stillray {
+namespace stillray::image_decode_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -64,4 +64,4 @@ TEST(ImageDecode, NoBytesAreNoPicture) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::image_decode_test

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::mesh_tools_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -123,4 +123,4 @@ TEST(RemoveBadTriangles, KeepsVeryThinOnes) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::mesh_tools_test

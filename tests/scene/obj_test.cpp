@@ -12,7 +12,7 @@
 #include "scene/obj_import.h"
 #include "scene/test_pictures.h"
 
-namespace stillray {
+namespace stillray::obj_test {
 namespace {
 
 using test::TemporaryFolder;
@@ -486,4 +486,4 @@ TEST(ObjAbsent, BuildsWithoutTheParserSaySo) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::obj_test

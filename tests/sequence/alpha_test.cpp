@@ -10,7 +10,7 @@
 
 #include "apps/cli_denoise_shot.h"
 
-namespace stillray {
+namespace stillray::alpha_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -126,4 +126,4 @@ TEST(AlphaFilter, ASavedHistoryGoesOnWithTheSameBits) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::alpha_test

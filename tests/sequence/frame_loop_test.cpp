@@ -12,7 +12,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::frame_loop_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -283,4 +283,4 @@ TEST(FrameLoop, PollFinishesAFrameThatIsReady) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::frame_loop_test

@@ -11,7 +11,7 @@
 #include "io/test_files.h"
 #include "stillray/io.h"
 
-namespace stillray {
+namespace stillray::resume_state_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -129,4 +129,4 @@ TEST(ResumeState, NamesTheFirstDifferenceOfFingerprints) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::resume_state_test

@@ -12,7 +12,7 @@
 #include "stillray/aov.h"
 #include "stillray/denoise.hpp"
 
-namespace stillray {
+namespace stillray::sample_counts_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -143,4 +143,4 @@ TEST(SampleCounts, FractionsAreTheCountsThatTheyStandFor) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::sample_counts_test

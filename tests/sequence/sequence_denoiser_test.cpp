@@ -14,7 +14,7 @@
 #include "io/test_files.h"
 #include "stillray/sequence.h"
 
-namespace stillray {
+namespace stillray::sequence_denoiser_test {
 namespace {
 
 namespace fs = std::filesystem;
@@ -272,4 +272,4 @@ TEST(SequenceDenoiser, FilesInDisorderAreRefused) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::sequence_denoiser_test

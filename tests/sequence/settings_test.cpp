@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::settings_test {
 namespace {
 
 struct Given {
@@ -109,4 +109,4 @@ TEST(SequenceSettings, JitteredFramesAreAntialiasedAsTheyWere) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::settings_test

@@ -21,7 +21,7 @@ extern "C" const char* __lsan_default_suppressions() {
   return "leak:tbb::detail::r1::observe\n";
 }
 
-namespace stillray::view {
+namespace stillray::view::background_test {
 namespace {
 
 #ifdef __linux__
@@ -55,4 +55,4 @@ TEST(Background, EveryThreadIsLoweredOnce) {
 #endif
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::background_test

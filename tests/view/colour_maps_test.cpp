@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::colour_maps_test {
 namespace {
 
 constexpr Rgb8 kMagenta = {255, 0, 255};
@@ -78,4 +78,4 @@ TEST(ColourMaps, SrgbEncodesKnownValues) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::colour_maps_test

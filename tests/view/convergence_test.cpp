@@ -16,7 +16,7 @@
 #include "view/small_session.h"
 #include "view/view_session.h"
 
-namespace stillray::view {
+namespace stillray::view::convergence_test {
 namespace {
 
 ViewSettings SmallSettings(const std::string& preset, const SampleRate& rate) {
@@ -226,4 +226,4 @@ TEST(UnderMotion, ThePictureStaysUsable) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::convergence_test

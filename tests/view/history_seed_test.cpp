@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::history_seed_test {
 namespace {
 
 Frame Guides(int width, int height) {
@@ -73,4 +73,4 @@ TEST(HistorySeed, HasAHoleWhereGuidesAreToBeKept) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::history_seed_test

@@ -10,7 +10,7 @@
 #include "render/test_scenes.h"
 #include "view/small_session.h"
 
-namespace stillray::view {
+namespace stillray::view::hit_views_test {
 namespace {
 
 /// A pixel at distance 2 is 1 wide: of 4 x 4 pixels the inner ones lie at -0.5 and 0.5.
@@ -118,4 +118,4 @@ TEST(HitViews, BelongToTheFrameThatIsShown) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::hit_views_test

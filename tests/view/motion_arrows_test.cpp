@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::motion_arrows_test {
 namespace {
 
 constexpr int kWidth = 64;
@@ -80,4 +80,4 @@ TEST(MotionArrows, WildMotionStaysInThePicture) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::motion_arrows_test

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::rate_control_test {
 namespace {
 
 /// A machine: a pixel's guides, a sample and a pixel's filter cost so much.
@@ -423,4 +423,4 @@ TEST(RateControl, TheSameCostsGiveTheSamePlans) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::rate_control_test

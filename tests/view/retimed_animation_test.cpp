@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::retimed_animation_test {
 namespace {
 
 /// Nodes: 0 a lamp that moves along x, 1 a box that turns about y, 2 a camera that moves along z.
@@ -138,4 +138,4 @@ TEST(RetimedAnimation, GlowingMeshesAreLights) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::retimed_animation_test

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::sample_rate_test {
 namespace {
 
 TEST(SampleRate, TextIsThatOfTheSetting) {
@@ -34,4 +34,4 @@ TEST(SampleRate, OddRatesFindTheirWayBackToPowersOfTwo) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::sample_rate_test

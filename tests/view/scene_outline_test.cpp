@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::scene_outline_test {
 namespace {
 
 class SceneOutlineFile : public ::testing::Test {
@@ -78,4 +78,4 @@ TEST(SceneOutline, TextKnowsPlurals) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::scene_outline_test

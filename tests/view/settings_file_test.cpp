@@ -7,7 +7,7 @@
 
 #include "render/other_value.h"
 
-namespace stillray {
+namespace stillray::settings_file_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -107,4 +107,4 @@ TEST(SettingsFile, FilesThatAreNotThereAreNamed) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::settings_file_test

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::split_test {
 namespace {
 
 using ::testing::ElementsAre;
@@ -80,4 +80,4 @@ TEST(Split, LargePicturesStayAsTheyAre) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::split_test

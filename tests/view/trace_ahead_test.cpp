@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray {
+namespace stillray::trace_ahead_test {
 namespace {
 
 /// Traces until it is cancelled.
@@ -76,4 +76,4 @@ TEST(TraceAhead, EndsWhenCancelled) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::trace_ahead_test

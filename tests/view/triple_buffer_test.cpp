@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::triple_buffer_test {
 namespace {
 
 TEST(TripleBuffer, HandsEveryValueOverOnce) {
@@ -53,4 +53,4 @@ TEST(TripleBuffer, ReaderSeesWholeValuesInOrder) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::triple_buffer_test

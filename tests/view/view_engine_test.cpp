@@ -16,7 +16,7 @@
 
 #include "view/small_session.h"
 
-namespace stillray::view {
+namespace stillray::view::view_engine_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -438,4 +438,4 @@ TEST(ViewEngine, EndsAtOnceWhateverItDoes) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::view_engine_test

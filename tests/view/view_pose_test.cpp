@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::view_pose_test {
 namespace {
 
 constexpr float kPi = std::numbers::pi_v<float>;
@@ -272,4 +272,4 @@ TEST(ViewPose, NoMovementLeavesTheReachOfRays) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::view_pose_test

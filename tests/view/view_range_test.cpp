@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-namespace stillray::view {
+namespace stillray::view::view_range_test {
 namespace {
 
 float TopOf(std::vector<float> values) {
@@ -46,4 +46,4 @@ TEST(ViewRange, PlacesOnTheScale) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::view_range_test

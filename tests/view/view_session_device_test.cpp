@@ -14,7 +14,7 @@
 #include "view/small_session.h"
 #include "view/view_session.h"
 
-namespace stillray::view {
+namespace stillray::view::view_session_device_test {
 namespace {
 
 constexpr uint8_t kGrey = 77;
@@ -488,4 +488,4 @@ TEST(ViewSessionOnDevice, TracingOnTheCpuBesideFilteringGivesTheSamePictures) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::view_session_device_test

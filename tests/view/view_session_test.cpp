@@ -11,7 +11,7 @@
 #include "view/exact_accumulation.h"
 #include "view/small_session.h"
 
-namespace stillray::view {
+namespace stillray::view::view_session_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -527,4 +527,4 @@ TEST(LoadForView, NamesWhatIsWrong) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::view_session_test

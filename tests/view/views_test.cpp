@@ -15,7 +15,7 @@
 #include "view/small_session.h"
 #include "view/view_session.h"
 
-namespace stillray::view {
+namespace stillray::view::views_test {
 namespace {
 
 ViewSettings MovingSettings() {
@@ -267,4 +267,4 @@ TEST(Views, ValuesAtAPixelAreThoseOfThePlanes) {
 }
 
 }  // namespace
-}  // namespace stillray::view
+}  // namespace stillray::view::views_test
