@@ -13,7 +13,7 @@
 #include "cli_denoise_shot.h"
 #include "program.h"
 
-namespace stillray {
+namespace stillray::cli_denoise_smoke_test {
 namespace {
 
 using ::testing::HasSubstr;
@@ -199,4 +199,4 @@ TEST(CliDenoiseSmoke, AlphaThatCannotBeFilteredIsNamed) {
 }
 
 }  // namespace
-}  // namespace stillray
+}  // namespace stillray::cli_denoise_smoke_test
