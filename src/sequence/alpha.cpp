@@ -3,11 +3,11 @@
 #include "sequence/alpha.h"
 
 #include <algorithm>
-#include <atomic>
 #include <utility>
 
 #include "core/pixels.h"
 #include "core/second_moments.h"
+#include "io/fill_depth.h"
 
 namespace stillray {
 namespace {
@@ -18,19 +18,6 @@ Settings SettingsOfAlpha(Settings settings) {
   settings.demodulate = false;
   settings.firefly = Firefly::kOff;
   return settings;
-}
-
-bool IsOpaque(const Image1& alpha) {
-  std::atomic<bool> opaque = true;
-  ParallelRows(alpha.height(), kRowsPerTask, [&](int y0, int y1) {
-    for (int y = y0; y < y1 && opaque; ++y) {
-      const float* row = alpha.Row(y);
-      if (!std::all_of(row, row + alpha.width(), [](float a) { return a >= 1; })) {
-        opaque = false;
-      }
-    }
-  });
-  return opaque;
 }
 
 /// The guides of a frame with its alpha as light.
@@ -70,7 +57,7 @@ Status AlphaFilter::Prepare() {
 }
 
 Status AlphaFilter::Filter(const Frame& frame, Image1* alpha) {
-  if (!denoiser_ && IsOpaque(*alpha)) {
+  if (!denoiser_ && !io::IsPartlyTransparent(*alpha)) {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(Prepare());
