@@ -206,6 +206,8 @@ struct AovLayout {
   /// There is no motion layer; motion of still surfaces follows from depth and the cameras of both
   /// frames.
   bool motion_from_cameras = false;
+  /// Reflections in convex surfaces follow the motion of the image that their shape gives.
+  bool curved_images = false;
   /// Normals at edges are means over several surfaces: guides are antialiased, or noisy.
   bool soft_guides = false;
   bool light_is_divided = false;  ///< light layers are without albedo (Blender)

@@ -7,6 +7,7 @@
 #include <array>
 
 #include "stillray/frame.h"
+#include "stillray/vec.h"
 
 namespace stillray {
 
@@ -25,6 +26,11 @@ bool DividesLight(const Frame& frame, const Image3& albedo);
 Image1 FlatDepth(int width, int height);   ///< one plane
 Image3 FlatNormal(int width, int height);  ///< the same everywhere
 Image3 WhiteAlbedo(int width, int height);
+
+/// Motion that leads out of every picture of this size, so that there is no history.
+inline vec2 UnknownMotion(int width, int height) {
+  return {2.0f * static_cast<float>(width), 2.0f * static_cast<float>(height)};
+}
 
 /// Whether depth, normal and, with `demodulate`, every albedo that divides light are given.
 bool HasGuides(const Frame& frame, bool demodulate);

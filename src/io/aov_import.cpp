@@ -16,8 +16,10 @@
 #include "io/aov_albedo.h"
 #include "io/aov_samples.h"
 #include "io/aov_seen.h"
+#include "io/curved_images.h"
 #include "io/fill_depth.h"
 #include "io/lossy.h"
+#include "io/mixed_motion.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
 #include "stillray/aov.h"
@@ -56,6 +58,7 @@ class Importer {
   Result<Frame> Import(std::array<float, 2> previous_jitter);
   Image2 NextMotion(const JitterPair& jitter) const;
   io::NoSeenGuides CheckSeen();
+  bool HasCurvedImages();
 
  private:
   Status CheckChannels() const;
@@ -394,6 +397,11 @@ io::NoSeenGuides Importer::CheckSeen() {
                              frame_.guides);
 }
 
+bool Importer::HasCurvedImages() {
+  ImportGuides({0, 0});
+  return io::HasCurvedImages(frame_.guides);
+}
+
 void Importer::KeepPart(Aov aov, SignalKind kind, const Image3& radiance) {
   if (parts_ != nullptr) {
     parts_->push_back({aov, kind, radiance, Image3()});
@@ -607,6 +615,12 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
       VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
   ImportSeenGuides();  // compares guides as stored
+  if (layout_.soft_guides && !frame_.guides.motion.empty()) {
+    io::ForgetMixedMotion(&frame_.guides.motion);
+  }
+  if (layout_.curved_images) {
+    io::SetCurvedImages(&frame_);
+  }
   if (MayMixGuides()) {
     CompleteGuides(without_depth);
   }
@@ -645,13 +659,22 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
   if (IsZero(x) && IsZero(y)) {
     return {};
   }
-  return ConvertNextMotion(x, y, main_is_next ? layout_.motion : layout_.next_motion, jitter);
+  Image2 motion =
+      ConvertNextMotion(x, y, main_is_next ? layout_.motion : layout_.next_motion, jitter);
+  if (layout_.soft_guides) {
+    io::ForgetMixedMotion(&motion);
+  }
+  return motion;
 }
 
 }  // namespace
 
 io::NoSeenGuides io::CheckSeenLayers(const ExrImage& image, const AovLayout& layout) {
   return Importer(image, layout, "").CheckSeen();
+}
+
+bool io::HasCurvedImages(const ExrImage& image, const AovLayout& layout) {
+  return Importer(image, layout, "").HasCurvedImages();
 }
 
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter) {

@@ -447,6 +447,8 @@ std::string LettersOf(const AovSource& source) {
 std::string ConventionOf(const AovLayout& layout, const AovSource& source) {
   switch (source.aov) {
     case Aov::kMotion:
+    case Aov::kReflectionMotion:
+    case Aov::kRefractionMotion:
       return ConventionText(layout.motion);
     case Aov::kNextMotion:
       return ConventionText(layout.next_motion);
@@ -504,6 +506,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   layout.motion_from_cameras = !without_motion && layout.Find(Aov::kMotion) == nullptr &&
                                layout.Find(Aov::kDepth) != nullptr && CameraOf(image).has_value();
   layout.single_layer = names.layers() == std::set<std::string>{""} && !layout.motion_from_cameras;
+  io::DecideCurvedImages(image, &layout);
   NoteMissingGuides(&layout);
   io::DecideSamples(image, &layout);
   NoteSoftGuides(image, &layout);

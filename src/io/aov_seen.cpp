@@ -91,4 +91,20 @@ void DecideSeenGuides(const ExrImage& image, AovLayout* layout) {
   }
 }
 
+void DecideCurvedImages(const ExrImage& image, AovLayout* layout) {
+  const bool reflects = layout->Find(Aov::kDirectSpecular) != nullptr ||
+                        layout->Find(Aov::kIndirectSpecular) != nullptr;
+  const bool has_shape =
+      layout->Find(Aov::kDepth) != nullptr && layout->Find(Aov::kNormal) != nullptr;
+  const bool moves = layout->Find(Aov::kMotion) == nullptr || PointsToPrevious(layout->motion);
+  layout->curved_images = layout->renderer != "stillray" && !layout->from_colour && reflects &&
+                          has_shape && moves && layout->Find(Aov::kReflectionDepth) == nullptr &&
+                          HasCurvedImages(image, *layout);
+  if (layout->curved_images) {
+    layout->notes.emplace_back(
+        "reflections in convex surfaces follow the image behind them, whose place their shape "
+        "gives");
+  }
+}
+
 }  // namespace stillray::io

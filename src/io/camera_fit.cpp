@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "core/least_squares.h"
 #include "core/pixels.h"
 
 namespace stillray::io {
@@ -16,6 +17,7 @@ namespace {
 /// At most this many pixels are fitted.
 constexpr int64_t kNormalSamples = 1 << 16;
 constexpr int64_t kSamples = 1 << 14;
+constexpr int64_t kSlopeSamples = 1 << 12;
 /// Least part of the samples that must follow a fit.
 constexpr double kLeastPart = 1.0 / 3;
 
@@ -53,59 +55,38 @@ double Median(std::vector<double>* values) {
   return *middle;
 }
 
-/// Normal equations of a least-squares problem with N unknowns.
-template <int N>
-struct NormalEquations {
-  std::array<std::array<double, N>, N> squares{};
-  std::array<double, N> products{};
-
-  void Add(const std::array<double, N>& row, double value, double weight) {
-    for (size_t i = 0; i < N; ++i) {
-      for (size_t j = 0; j <= i; ++j) {
-        squares[i][j] += weight * row[i] * row[j];
-      }
-      products[i] += weight * row[i] * value;
-    }
-  }
-
-  /// Cholesky. \param ridge  relative to the largest square; keeps unknowns that no equation
-  /// determines at zero
-  std::array<double, N> Solve(double ridge) const {
-    double largest = 1e-300;
-    for (size_t i = 0; i < N; ++i) {
-      largest = std::max(largest, squares[i][i]);
-    }
-    auto l = squares;
-    std::array<double, N> x = products;
-    for (size_t i = 0; i < N; ++i) {
-      l[i][i] += ridge * largest;
-      for (size_t j = 0; j <= i; ++j) {
-        for (size_t k = 0; k < j; ++k) {
-          l[i][j] -= l[i][k] * l[j][k];
-        }
-        l[i][j] = i == j ? std::sqrt(std::max(l[i][i], 1e-300)) : l[i][j] / l[j][j];
-      }
-      for (size_t k = 0; k < i; ++k) {
-        x[i] -= l[i][k] * x[k];
-      }
-      x[i] /= l[i][i];
-    }
-    for (size_t i = N; i-- > 0;) {
-      for (size_t k = i + 1; k < N; ++k) {
-        x[i] -= l[k][i] * x[k];
-      }
-      x[i] /= l[i][i];
-    }
-    return x;
-  }
-};
-
 // The map of normals.
 
 struct NormalPair {
   vec3 normal;
   vec3 mapped;
 };
+
+/// The linear map of most pairs.
+mat3 MapOf(const std::vector<NormalPair>& pairs) {
+  constexpr int kIterations = 12;
+  /// Residual below which all samples have the same weight: the rounding of halves, and bump maps
+  /// that differ between the closures of one surface.
+  constexpr double kResidualFloor = 0.01;
+  glm::dmat3 map(0.0);
+  for (int i = 0; i < kIterations; ++i) {
+    glm::dmat3 products(0.0);
+    glm::dmat3 squares(0.0);
+    double total = 0;
+    for (const NormalPair& pair : pairs) {
+      const glm::dvec3 n(pair.normal);
+      const glm::dvec3 d(pair.mapped);
+      const double residual = i == 0 ? 0 : glm::length(d - map * n);
+      const double weight = 1 / ((kResidualFloor + residual) * (kResidualFloor + residual));
+      products += glm::outerProduct(weight * d, n);
+      squares += glm::outerProduct(weight * n, n);
+      total += weight;
+    }
+    constexpr double kRidge = 1e-6;
+    map = products * glm::inverse(squares + glm::dmat3(kRidge * std::max(total, 1e-30)));
+  }
+  return mat3(map);
+}
 
 // The lens.
 
@@ -305,13 +286,131 @@ glm::dmat4x3 StartOfMap(const std::vector<MovedPoint>& points, double pixel) {
   return best;
 }
 
+// The field of view.
+
+/// A normal, and the plane through nearness around it (NearnessPlane), of unit length.
+struct SlopedNormal {
+  glm::dvec3 normal;
+  glm::dvec3 plane;
+};
+
+/// The plane through nearness, 1 / depth, around a pixel: (slope by x, slope by y, value at the
+/// centre of the picture). Nothing at edges, and on surfaces that are curved or not smooth.
+std::optional<glm::dvec3> NearnessPlane(const Image1& depth, const Image3& normal, int x, int y) {
+  constexpr int kReach = 2;
+  constexpr float kSameCosine = 0.99f;
+  constexpr double kSameDepth = 0.05;
+  NormalEquations<3> equations;
+  const vec3 own = VectorAt(normal, x, y);
+  const double z = static_cast<double>(depth(x, y));
+  for (int v = y - kReach; v <= y + kReach; ++v) {
+    for (int u = x - kReach; u <= x + kReach; ++u) {
+      const double relative = z / static_cast<double>(depth(u, v));
+      if (!(std::abs(relative - 1) < kSameDepth) ||
+          !(dot(own, VectorAt(normal, u, v)) > kSameCosine * dot(own, own))) {
+        return std::nullopt;
+      }
+      equations.Add({static_cast<double>(u - x), static_cast<double>(v - y), 1}, relative, 1);
+    }
+  }
+  const std::array<double, 3> fit = equations.Solve(1e-12);
+  const double pixels = 0.5 * depth.width();  // per unit of PicturePoint
+  const glm::dvec2 slope = pixels * glm::dvec2(fit[0], fit[1]);
+  const glm::dvec2 p(PicturePoint(depth.width(), depth.height(), static_cast<float>(x) + 0.5f,
+                                  static_cast<float>(y) + 0.5f));
+  return glm::dvec3(slope, fit[2] - glm::dot(slope, p));
+}
+
+std::vector<SlopedNormal> SlopedNormals(const Image1& depth, const Image3& normal) {
+  constexpr int kBorder = 2;
+  const int width = depth.width();
+  const int height = depth.height();
+  std::vector<SlopedNormal> normals;
+  ForEachSample(width, height, kSlopeSamples, [&](int x, int y) {
+    const bool inside = x >= kBorder && y >= kBorder && x < width - kBorder && y < height - kBorder;
+    const vec3 n = inside ? VectorAt(normal, x, y) : vec3(0.0f);
+    if (n == vec3(0.0f) || !IsNormal(n) || !IsSurface(depth(x, y))) {
+      return;
+    }
+    if (const std::optional<glm::dvec3> plane = NearnessPlane(depth, normal, x, y)) {
+      normals.push_back({glm::normalize(glm::dvec3(n)), glm::normalize(*plane)});
+    }
+  });
+  return normals;
+}
+
+/// Two surfaces that are not parallel. The angle between them is the same by their normals and by
+/// their planes, for the right tangent.
+struct SurfacePair {
+  glm::dvec3 a;  ///< planes
+  glm::dvec3 b;
+  double cosine = 0;  ///< of their normals
+};
+
+std::vector<SurfacePair> PairsOf(const std::vector<SlopedNormal>& normals) {
+  constexpr double kParallel = 0.95;
+  constexpr size_t kPairsPerNormal = 4;
+  std::vector<SurfacePair> pairs;
+  std::minstd_rand random;
+  for (const SlopedNormal& n : normals) {
+    for (size_t i = 0; i < kPairsPerNormal; ++i) {
+      const SlopedNormal& other = normals[random() % normals.size()];
+      const double cosine = glm::dot(n.normal, other.normal);
+      if (std::abs(cosine) < kParallel) {
+        pairs.push_back({n.plane, other.plane, cosine});
+      }
+    }
+  }
+  return pairs;
+}
+
+/// Difference of the cosines of the angles by normals and by planes.
+double ErrorOf(const SurfacePair& pair, double tangent) {
+  const glm::dvec3 scale(1 / tangent, 1 / tangent, 1);
+  return glm::dot(glm::normalize(scale * pair.a), glm::normalize(scale * pair.b)) - pair.cosine;
+}
+
+/// Sum of squared errors, each less than 1.
+double CostOf(const std::vector<SurfacePair>& pairs, double tangent) {
+  constexpr double kScale = 0.02;
+  double cost = 0;
+  for (const SurfacePair& pair : pairs) {
+    const double error = ErrorOf(pair, tangent) / kScale;
+    cost += error * error / (1 + error * error);
+  }
+  return cost;
+}
+
+/// The tangent of the least cost, by golden sections between the neighbours of the best of a
+/// geometric series.
+double BestTangent(const std::vector<SurfacePair>& pairs) {
+  constexpr double kFirst = 0.02;
+  constexpr double kFactor = 1.05;
+  constexpr int kTrials = 110;  // up to 4.3, 154 degrees
+  constexpr int kSections = 20;
+  constexpr double kGolden = 0.6180339887498949;
+  double best = kFirst;
+  double least = CostOf(pairs, best);
+  for (int i = 1; i < kTrials; ++i) {
+    const double tangent = kFirst * std::pow(kFactor, i);
+    const double cost = CostOf(pairs, tangent);
+    best = cost < least ? tangent : best;
+    least = std::min(cost, least);
+  }
+  double low = best / kFactor;
+  double high = best * kFactor;
+  for (int i = 0; i < kSections; ++i) {
+    const double a = high - kGolden * (high - low);
+    const double b = low + kGolden * (high - low);
+    const bool is_lower = CostOf(pairs, a) < CostOf(pairs, b);
+    (is_lower ? high : low) = is_lower ? b : a;
+  }
+  return 0.5 * (low + high);
+}
+
 }  // namespace
 
 mat3 FitNormalMap(const Image3& normal, const Image3& mapped) {
-  constexpr int kIterations = 12;
-  /// Residual below which all samples have the same weight: the rounding of halves, and bump maps
-  /// that differ between the closures of one surface.
-  constexpr double kResidualFloor = 0.01;
   std::vector<NormalPair> pairs;
   ForEachSample(normal.width(), normal.height(), kNormalSamples, [&](int x, int y) {
     const NormalPair pair = {VectorAt(normal, x, y), VectorAt(mapped, x, y)};
@@ -319,24 +418,7 @@ mat3 FitNormalMap(const Image3& normal, const Image3& mapped) {
       pairs.push_back(pair);
     }
   });
-  glm::dmat3 map(0.0);
-  for (int i = 0; i < kIterations; ++i) {
-    glm::dmat3 products(0.0);
-    glm::dmat3 squares(0.0);
-    double total = 0;
-    for (const NormalPair& pair : pairs) {
-      const glm::dvec3 n(pair.normal);
-      const glm::dvec3 d(pair.mapped);
-      const double residual = i == 0 ? 0 : glm::length(d - map * n);
-      const double weight = 1 / ((kResidualFloor + residual) * (kResidualFloor + residual));
-      products += glm::outerProduct(weight * d, n);
-      squares += glm::outerProduct(weight * n, n);
-      total += weight;
-    }
-    constexpr double kRidge = 1e-6;
-    map = products * glm::inverse(squares + glm::dmat3(kRidge * std::max(total, 1e-30)));
-  }
-  return mat3(map);
+  return MapOf(pairs);
 }
 
 vec2 PicturePoint(int width, int height, float x, float y) {
@@ -375,6 +457,33 @@ std::optional<Lens> FitLens(const Image1& depth, const Image1& distance) {
   return fits ? std::optional<Lens>(lens) : std::nullopt;
 }
 
+std::optional<View> FitView(const Image1& depth, const Image3& normal) {
+  constexpr size_t kFewest = 32;
+  constexpr double kTolerance = 0.03;
+  constexpr double kLeastFitting = 0.5;
+  const std::vector<SlopedNormal> normals = SlopedNormals(depth, normal);
+  const std::vector<SurfacePair> pairs = PairsOf(normals);
+  if (pairs.size() < kFewest) {
+    return std::nullopt;
+  }
+  View view;
+  view.tangent = BestTangent(pairs);
+  const auto fitting = std::count_if(pairs.begin(), pairs.end(), [&](const SurfacePair& pair) {
+    return std::abs(ErrorOf(pair, view.tangent)) < kTolerance;
+  });
+  if (static_cast<double>(fitting) < kLeastFitting * static_cast<double>(pairs.size())) {
+    return std::nullopt;
+  }
+  std::vector<NormalPair> turned;
+  turned.reserve(normals.size());
+  const glm::dvec3 scale(1 / view.tangent, 1 / view.tangent, 1);
+  for (const SlopedNormal& n : normals) {
+    turned.push_back({vec3(n.normal), vec3(-glm::normalize(scale * n.plane))});
+  }
+  view.to_camera = MapOf(turned);
+  return view;
+}
+
 vec2 CameraMotion::MotionOf(vec2 p, double z, int width) const {
   const glm::dvec3 moved = Moved(map, p, depth_unit / z);
   const glm::dvec2 before = glm::dvec2(moved) / moved.z;
@@ -408,6 +517,16 @@ std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& m
   const bool fits = !points.empty() &&
                     static_cast<double>(fitting) >= kLeastPart * static_cast<double>(points.size());
   return fits ? std::optional<CameraMotion>(fit) : std::nullopt;
+}
+
+vec2 ImageMotion(const CameraMotion& camera, const Guides& guides, int x, int y, float image) {
+  const int width = guides.depth.width();
+  const vec2 p = PicturePoint(width, guides.depth.height(), static_cast<float>(x) + 0.5f,
+                              static_cast<float>(y) + 0.5f);
+  const vec2 moved = camera.MotionOf(p, static_cast<double>(image), width);
+  const vec2 own = {guides.motion[0](x, y), guides.motion[1](x, y)};
+  const vec2 rest = own - camera.MotionOf(p, static_cast<double>(guides.depth(x, y)), width);
+  return moved + rest;
 }
 
 }  // namespace stillray::io

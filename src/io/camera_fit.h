@@ -38,6 +38,21 @@ struct Lens {
 /// \return nothing if fewer than a third of the surfaces have a distance that fits
 std::optional<Lens> FitLens(const Image1& depth, const Image1& distance);
 
+/// A camera with perspective.
+struct View {
+  double tangent = 1;    ///< of half the horizontal field of view
+  mat3 to_camera{1.0f};  ///< of normals, to right, down, forward; see FitNormalMap
+};
+
+/// The field of view with which surfaces have the same angles to each other by the slopes of depth
+/// as by their normals: on a plane with the camera-space normal n, 1 / z is n . (t x, t y, 1) times
+/// a constant, for the tangent t.
+/// \param depth   view-space z; > 0 and finite on surfaces
+/// \param normal  towards the camera, of unit length, in any axes
+/// \return nothing if less than half of the angles agree, as with normals of something else, or if
+///     all surfaces are parallel
+std::optional<View> FitView(const Image1& depth, const Image3& normal);
+
 /// Where static points were in the previous picture, as a function of their place and depth:
 /// (x, y, w) = map (p, 1, depth_unit / z), place (x, y) / w. This holds for all perspective cameras
 /// that move, turn and zoom, and for parallel ones that do not turn (homography of the plane at
@@ -56,5 +71,11 @@ struct CameraMotion {
 /// \return nothing if fewer than a third of the surfaces move within a tenth of a pixel like this.
 ///         Before a single plane, motion at other depths is finite but arbitrary
 std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion);
+
+/// The motion of an image that a surface shows and that moves along with it: that of the surface,
+/// plus what the camera adds at the image's depth.
+/// \param guides  depth and motion of the surface
+/// \param image   > 0, depth of the image
+vec2 ImageMotion(const CameraMotion& camera, const Guides& guides, int x, int y, float image);
 
 }  // namespace stillray::io

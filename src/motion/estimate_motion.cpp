@@ -10,7 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/guides.h"
 #include "io/camera_fit.h"
+#include "motion/align_camera.h"
 #include "motion/guide_pyramid.h"
 #include "motion/match_guides.h"
 #include "motion/motion_field.h"
@@ -70,7 +72,8 @@ class Estimate {
   void Match();
   void FindCamera();
   double CostOf(const Image2& motion) const;
-  bool Adopt(Image2 base, double* least);
+  bool Adopt(const io::CameraMotion& camera, double* least);
+  void Use(const io::CameraMotion& camera);
   void RefineCamera();
   void Choose();
   void ForgetAll();
@@ -85,6 +88,7 @@ class Estimate {
   Image2 base_;    ///< of the camera; zero if it is unknown
   bool has_base_;  ///< whether still surfaces move so
   bool found_camera_ = false;
+  io::CameraMotion camera_;  ///< if it was found
   Image1 base_distances_;
   Matched matched_;
   Image1 agreement_;
@@ -189,7 +193,7 @@ void Estimate::FindCamera() {
         AgreementOf(forth.motion, MatchPyramids(before_, now_, Image2(), level).motion);
     const std::optional<io::CameraMotion> camera =
         io::FitCameraMotion(Thinned(g_.depth, 1 << level), Certain(forth, agreement));
-    if (camera && Adopt(MotionOf(*camera, g_.depth), &least)) {
+    if (camera && Adopt(*camera, &least)) {
       has_base_ = found_camera_ = true;
     }
   }
@@ -210,15 +214,20 @@ double Estimate::CostOf(const Image2& motion) const {
 }
 
 /// Uses a motion of the camera if guides differ less under it.
-bool Estimate::Adopt(Image2 base, double* least) {
-  const double cost = CostOf(base);
+bool Estimate::Adopt(const io::CameraMotion& camera, double* least) {
+  const double cost = CostOf(MotionOf(camera, g_.depth));
   if (!(cost < *least)) {
     return false;
   }
   *least = cost;
-  base_ = std::move(base);
-  base_distances_ = DistancesOf(base_);
+  Use(camera);
   return true;
+}
+
+void Estimate::Use(const io::CameraMotion& camera) {
+  camera_ = camera;
+  base_ = MotionOf(camera, g_.depth);
+  base_distances_ = DistancesOf(base_);
 }
 
 /// The motion of the camera once more, in full size.
@@ -229,8 +238,13 @@ void Estimate::RefineCamera() {
     const std::optional<io::CameraMotion> camera =
         io::FitCameraMotion(Thinned(g_.depth, thinning), Thinned(certain, thinning));
     if (camera) {
-      Adopt(MotionOf(*camera, g_.depth), &least);
+      Adopt(*camera, &least);
     }
+  }
+  // Its cost is no measure: between pixels noise is less, so that motion by half pixels costs
+  // least.
+  if (input_.antialiased) {
+    Use(AlignCamera(now_.levels[0], before_.levels[0], g_.depth, camera_));
   }
 }
 
@@ -381,10 +395,6 @@ EstimatedMotion Estimate::Run() {
 
 EstimatedMotion EstimateMotion(const EstimateInput& input) {
   return Estimate(input).Run();
-}
-
-vec2 UnknownMotion(int width, int height) {
-  return {2.0f * static_cast<float>(width), 2.0f * static_cast<float>(height)};
 }
 
 }  // namespace stillray::motion

@@ -18,6 +18,8 @@ struct EstimateInput {
   const Guides* before = nullptr;  ///< of the same size
   /// The motion of a still scene, from the cameras; empty if they are unknown.
   Image2 camera;
+  /// Guides are means over several samples per pixel, and edges are smooth.
+  bool antialiased = false;
   /// The jitter of the frames, pixels.
   vec2 jitter{0.0f};
   vec2 jitter_before{0.0f};
@@ -46,9 +48,6 @@ struct EstimatedMotion {
 /// camera everywhere if guides are so plain that they would not show it. The same bits for any
 /// number of threads.
 EstimatedMotion EstimateMotion(const EstimateInput& input);
-
-/// Motion that leads out of every picture of this size, so that there is no history.
-vec2 UnknownMotion(int width, int height);
 
 /// Bytes that EstimateMotion needs at most besides its input, per pixel.
 inline constexpr int kEstimateBytesPerPixel = 260;

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/motion_field.h"
 
-#include "motion/estimate_motion.h"
+#include "core/guides.h"
 
 namespace stillray::motion {
 

@@ -9,6 +9,7 @@
 
 #include <fmt/format.h>
 
+#include "core/guides.h"
 #include "core/parallel.h"
 #include "io/camera_fit.h"
 #include "motion/estimate_motion.h"
@@ -218,12 +219,13 @@ void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbo
 namespace {
 
 /// Where the images that mirrors and glass show were: they move with the camera, like surfaces at
-/// their depth. Unknown if the picture does not reveal how it moves.
+/// their depth, and those in convex surfaces (io/curved_images.h) with the surface too. Unknown if
+/// the picture does not reveal how it moves.
 void MoveOneImage(const Guides& guides, const std::optional<io::CameraMotion>& camera,
                   VirtualGuides* images) {
   const int width = guides.depth.width();
   const int height = guides.depth.height();
-  const vec2 unknown = motion::UnknownMotion(width, height);
+  const vec2 unknown = UnknownMotion(width, height);
   images->motion = Image2(width, height);
   ParallelRows(height, 16, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
@@ -232,9 +234,12 @@ void MoveOneImage(const Guides& guides, const std::optional<io::CameraMotion>& c
         if (!(depth > 0)) {
           continue;
         }
+        const bool planar = guides.roughness.empty() || guides.roughness(x, y) == 0;
         const vec2 p = io::PicturePoint(width, height, static_cast<float>(x) + 0.5f,
                                         static_cast<float>(y) + 0.5f);
-        const vec2 m = camera ? camera->MotionOf(p, static_cast<double>(depth), width) : unknown;
+        const vec2 m = !camera  ? unknown
+                       : planar ? camera->MotionOf(p, static_cast<double>(depth), width)
+                                : io::ImageMotion(*camera, guides, x, y, depth);
         const bool valid = std::isfinite(m.x + m.y);
         images->motion[0](x, y) = valid ? m.x : unknown.x;
         images->motion[1](x, y) = valid ? m.y : unknown.y;
@@ -280,11 +285,14 @@ void MoveImages(const AovLayout& layout, Frame* frame) {
 namespace {
 
 /// \param trusted  the frame's motion stays if the guides reveal none
-MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, Frame* now) {
+/// \param antialiased  AovLayout::soft_guides
+MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, bool antialiased,
+                      Frame* now) {
   motion::EstimateInput input;
   input.now = &now->guides;
   input.before = &before.frame.guides;
   input.camera = std::move(camera);
+  input.antialiased = antialiased;
   input.jitter = {now->jitter_x, now->jitter_y};
   input.jitter_before = {before.frame.jitter_x, before.frame.jitter_y};
   motion::EstimatedMotion estimated = motion::EstimateMotion(input);
@@ -311,7 +319,7 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
   }
   MotionOrigin origin;
   if (plan.estimates) {
-    origin = Estimate(before, std::move(of_camera), plan.from_file, now);
+    origin = Estimate(before, std::move(of_camera), plan.from_file, layout.soft_guides, now);
   } else if (!of_camera.empty()) {
     motion = std::move(of_camera);
     origin.kind = MotionKind::kCamera;

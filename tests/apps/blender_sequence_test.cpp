@@ -57,7 +57,7 @@ TEST(BlenderSequence, DefaultReachesItsQuality) {
   }
   Quality quality;
   ASSERT_NO_FATAL_FAILURE(Measure("default", &quality));
-  EXPECT_GE(quality.psnr, 40.3);
+  EXPECT_GE(quality.psnr, 40.6);
   EXPECT_GE(quality.darkest, 0.98);
   EXPECT_LE(quality.brightest, 1.02);
 }

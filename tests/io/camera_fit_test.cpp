@@ -68,6 +68,63 @@ TEST(FitLens, TurnsDistancesIntoDepths) {
   }
 }
 
+TEST(FitView, FindsTheFieldOfView) {
+  for (const double tangent : {0.3, 0.6, 1.0}) {
+    RoomCamera camera = Now();
+    camera.shift = {0, 0};
+    camera.tangent = tangent;
+    const Guides g = Trace(RoomWithMirror(), camera, camera).frame.guides;
+    const std::optional<View> fit = FitView(g.depth, g.normal);
+    ASSERT_TRUE(fit.has_value());
+    EXPECT_NEAR(fit->tangent, tangent, 0.04 * tangent);
+    const vec3 floor = fit->to_camera * vec3(0, 1, 0);
+    EXPECT_NEAR(floor.x, 0, 0.02f);
+    EXPECT_NEAR(floor.y, -1, 0.02f);  // down is positive
+    EXPECT_NEAR(floor.z, 0, 0.02f);
+  }
+}
+
+// A renderer's normals may be in other axes than its camera.
+TEST(FitView, AxesDoNotMatter) {
+  RoomCamera camera = Now();
+  camera.shift = {0, 0};
+  const Guides g = Trace(RoomWithMirror(), camera, camera).frame.guides;
+  Image3 turned = g.normal;
+  turned[0] = g.normal[2];
+  turned[1] = g.normal[0];
+  for (int y = 0; y < turned.height(); ++y) {
+    for (int x = 0; x < turned.width(); ++x) {
+      turned[2](x, y) = -g.normal[1](x, y);
+    }
+  }
+  const std::optional<View> fit = FitView(g.depth, turned);
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_NEAR(fit->tangent, 0.6, 0.02);
+  EXPECT_NEAR((fit->to_camera * vec3(0, 0, -1)).y, -1, 0.02f);  // the floor
+}
+
+TEST(FitView, FindsNoneInRandomNormalsAndOnOnePlane) {
+  RoomCamera camera = Now();
+  camera.shift = {0, 0};
+  const Guides g = Trace(RoomWithMirror(), camera, camera).frame.guides;
+  Image3 random = g.normal;
+  std::minstd_rand numbers;
+  for (int c = 0; c < 3; ++c) {
+    for (int y = 0; y < random.height(); ++y) {
+      for (int x = 0; x < random.width(); ++x) {
+        random[c](x, y) = static_cast<float>(numbers() % 2001) * 5e-4f - 0.5f;
+      }
+    }
+  }
+  EXPECT_FALSE(FitView(g.depth, random).has_value());
+  EXPECT_FALSE(FitView(Image1(4, 4), Image3(4, 4)).has_value());
+  Image1 wall(64, 48);
+  wall.Fill(3);
+  Image3 facing(64, 48);
+  facing[2].Fill(-1);
+  EXPECT_FALSE(FitView(wall, facing).has_value());
+}
+
 TEST(FitLens, ParallelRays) {
   const RoomPicture picture = Picture(EmptyRoom());
   const Image1& depth = picture.frame.guides.depth;

@@ -11,6 +11,7 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
+#include "core/guides.h"
 #include "motion/moving_scene.h"
 
 namespace stillray::motion::estimate_motion_test {

@@ -1,0 +1,264 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#include "io/curved_images.h"
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "core/pixels.h"
+#include "io/camera_fit.h"
+
+namespace stillray::io {
+namespace {
+
+/// Slopes are fitted to 5x5 pixels, this part of the picture's width apart, and at least one.
+constexpr int kReach = 2;
+constexpr int kStepsPerWidth = 640;
+/// Least number of them that show the same surface.
+constexpr int kFewest = 12;
+/// Neighbours on one surface.
+constexpr float kSameCosine = 0.8f;
+constexpr float kSameDepth = 0.1f;
+/// Largest part of the variation of normals that their slopes may leave. Bumps leave more.
+constexpr float kLeastLinear = 0.25f;
+/// 2 c d between which the guess of the reflected distance begins not to matter.
+constexpr float kUncertain = 2;
+constexpr float kCertain = 4;
+/// Least roughness of surfaces whose light keeps the guides of the surface.
+constexpr float kSmooth = 0.1f;
+/// Least part of the picture.
+constexpr float kLeastPart = 0.002f;
+
+bool IsSurface(float depth) {
+  return depth > 0 && std::isfinite(depth);
+}
+
+/// Whether a normal turns between pixels at all: most surfaces are flat, and need no fit. The least
+/// curvature that counts is 1 / distance, and turns it by at least the pixel's angle.
+bool MayBeCurved(const Guides& g, int x, int y) {
+  constexpr float kLeastAngle = 0.5f;  // of the picture: wide enough for all but telephoto lenses
+  const float least = kLeastAngle / static_cast<float>(g.depth.width());
+  const int u = x + (x > 0 ? -1 : 1);
+  const int v = y + (y > 0 ? -1 : 1);
+  const vec3 normal = VectorAt(g.normal, x, y);
+  const vec3 beside = VectorAt(g.normal, u, y) - normal;
+  const vec3 above = VectorAt(g.normal, x, v) - normal;
+  return IsSurface(g.depth(x, y)) && dot(beside, beside) + dot(above, above) > least * least;
+}
+
+/// Sums of a least-squares fit of planes, value = mean + slope (x, y), to positions and normals.
+struct SlopeSums {
+  float count = 0;
+  vec2 offset{0.0f};
+  vec3 offsets2{0.0f};  ///< x x, x y, y y
+  vec3 normal{0.0f};
+  vec3 normal_x{0.0f};
+  vec3 normal_y{0.0f};
+  float normal2 = 0;
+  vec3 point{0.0f};
+  vec3 point_x{0.0f};
+  vec3 point_y{0.0f};
+
+  void Add(vec2 at, vec3 n, vec3 p) {
+    count += 1;
+    offset += at;
+    offsets2 += vec3(at.x * at.x, at.x * at.y, at.y * at.y);
+    normal += n;
+    normal_x += at.x * n;
+    normal_y += at.y * n;
+    normal2 += dot(n, n);
+    point += p;
+    point_x += at.x * p;
+    point_y += at.y * p;
+  }
+};
+
+struct Slopes {
+  vec3 x;
+  vec3 y;
+};
+
+/// Slopes of values from their sums; those of offsets are centred already.
+Slopes Solve(vec3 offsets2, vec3 by_x, vec3 by_y) {
+  const float determinant = offsets2.x * offsets2.z - offsets2.y * offsets2.y;
+  return {(offsets2.z * by_x - offsets2.y * by_y) / determinant,
+          (offsets2.x * by_y - offsets2.y * by_x) / determinant};
+}
+
+/// The largest of |normal's turn| / |way on the surface| over all directions, where the mean
+/// curvature is positive: 0 elsewhere, and for invalid values.
+float LargestCurvature(const Slopes& n, const Slopes& p) {
+  // Extremes of the quotient of two quadratic forms.
+  const float a = dot(p.x, p.x);
+  const float b = dot(p.x, p.y);
+  const float c = dot(p.y, p.y);
+  const float d = dot(n.x, n.x);
+  const float e = dot(n.x, n.y);
+  const float f = dot(n.y, n.y);
+  const float determinant = a * c - b * b;
+  const float half = 0.5f * (a * f + c * d - 2 * b * e) / determinant;
+  const float product = (d * f - e * e) / determinant;
+  const float largest2 = half + std::sqrt(std::max(half * half - product, 0.0f));
+  const float mean = c * dot(n.x, p.x) - b * (dot(n.x, p.y) + dot(n.y, p.x)) + a * dot(n.y, p.y);
+  const float curvature = std::sqrt(largest2);
+  return mean > 0 && std::isfinite(curvature) ? curvature : 0.0f;
+}
+
+/// Points and normals of surfaces in camera space: right, down, forward.
+class Surfaces {
+ public:
+  Surfaces(const Guides& guides, const View& view)
+      : guides_(guides),
+        tangent_(static_cast<float>(view.tangent)),
+        to_camera_(view.to_camera),
+        step_(std::max(guides.depth.width() / kStepsPerWidth, 1)) {}
+
+  vec3 PointAt(int x, int y) const {
+    const vec2 p = PicturePoint(guides_.depth.width(), guides_.depth.height(),
+                                static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    return guides_.depth(x, y) * vec3(tangent_ * p.x, tangent_ * p.y, 1.0f);
+  }
+
+  /// Of convex surfaces, else 0.
+  float CurvatureAt(int x, int y) const {
+    return MayBeCurved(guides_, x, y) ? CurvatureOf(Gather(x, y)) : 0.0f;
+  }
+
+ private:
+  bool IsSame(int x, int y, int u, int v) const {
+    const float a = guides_.depth(x, y);
+    const float b = guides_.depth(u, v);
+    return (guides_.id.empty() || guides_.id(x, y) == guides_.id(u, v)) &&
+           std::abs(a - b) < kSameDepth * a &&
+           dot(VectorAt(guides_.normal, x, y), VectorAt(guides_.normal, u, v)) > kSameCosine;
+  }
+
+  SlopeSums Gather(int x, int y) const {
+    const int width = guides_.depth.width();
+    const int height = guides_.depth.height();
+    SlopeSums sums;
+    const vec3 centre = PointAt(x, y);
+    for (int j = -kReach; j <= kReach; ++j) {
+      for (int i = -kReach; i <= kReach; ++i) {
+        const int u = x + i * step_;
+        const int v = y + j * step_;
+        const bool inside = u >= 0 && v >= 0 && u < width && v < height;
+        if (inside && IsSame(x, y, u, v)) {
+          sums.Add(vec2(i, j), VectorAt(guides_.normal, u, v), PointAt(u, v) - centre);
+        }
+      }
+    }
+    return sums;
+  }
+
+  float CurvatureOf(const SlopeSums& s) const {
+    if (s.count < static_cast<float>(kFewest)) {
+      return 0;
+    }
+    const vec2 mean = s.offset / s.count;
+    const vec3 offsets2 =
+        s.offsets2 - s.count * vec3(mean.x * mean.x, mean.x * mean.y, mean.y * mean.y);
+    const vec3 by_x = s.normal_x - mean.x * s.normal;
+    const vec3 by_y = s.normal_y - mean.y * s.normal;
+    Slopes turn = Solve(offsets2, by_x, by_y);
+    const float variation = s.normal2 - dot(s.normal, s.normal) / s.count;
+    const float explained = dot(turn.x, by_x) + dot(turn.y, by_y);
+    if (!(variation - explained <= kLeastLinear * variation)) {
+      return 0;
+    }
+    turn = {to_camera_ * turn.x, to_camera_ * turn.y};
+    const Slopes way = Solve(offsets2, s.point_x - mean.x * s.point, s.point_y - mean.y * s.point);
+    return LargestCurvature(turn, way);
+  }
+
+  const Guides& guides_;
+  float tangent_;
+  mat3 to_camera_;
+  int step_;
+};
+
+/// How far the image is behind the surface, on the ray. 0: unknown.
+float BehindSurface(float curvature, float distance) {
+  const float certain =
+      std::clamp((2 * curvature * distance - kUncertain) / (kCertain - kUncertain), 0.0f, 1.0f);
+  const float behind = 1 / (2 * curvature + 1 / distance);
+  return certain > 0 ? certain * certain * (3 - 2 * certain) * behind : 0.0f;
+}
+
+bool ShowsImage(const VirtualGuides& images, int x, int y) {
+  return !images.empty() && images.depth(x, y) > 0;
+}
+
+/// Images that are known already lie in smooth surfaces.
+Image1 RoughnessOf(const Frame& frame) {
+  Image1 roughness(frame.width, frame.height);
+  ForEachPixel(frame.width, frame.height, [&](int x, int y) {
+    const bool shows = ShowsImage(frame.reflection, x, y) || ShowsImage(frame.refraction, x, y);
+    roughness(x, y) = shows ? 0.0f : 1.0f;
+  });
+  return roughness;
+}
+
+}  // namespace
+
+bool HasCurvedImages(const Guides& guides) {
+  const int width = guides.depth.width();
+  const int height = guides.depth.height();
+  const std::optional<View> view = FitView(guides.depth, guides.normal);
+  if (!view || width < 2 || height < 2) {
+    return false;
+  }
+  const Surfaces surfaces(guides, *view);
+  std::atomic<int64_t> count = 0;
+  ForEachPixel(width, height, [&](int x, int y) {
+    const float curvature = surfaces.CurvatureAt(x, y);
+    count += curvature > 0 && BehindSurface(curvature, glm::length(surfaces.PointAt(x, y))) > 0;
+  });
+  return static_cast<float>(count) >=
+         kLeastPart * static_cast<float>(width) * static_cast<float>(height);
+}
+
+void SetCurvedImages(Frame* frame) {
+  Guides& g = frame->guides;
+  const int width = frame->width;
+  const int height = frame->height;
+  const bool known = !g.roughness.empty();
+  Image1 roughness = known ? Image1() : RoughnessOf(*frame);
+  if (frame->reflection.empty()) {
+    frame->reflection.depth = Image1(width, height);
+    frame->reflection.motion = Image2(width, height);
+  }
+  const std::optional<CameraMotion> camera =
+      g.motion.empty() ? std::nullopt : FitCameraMotion(g.depth, g.motion);
+  const std::optional<View> view = FitView(g.depth, g.normal);
+  if (camera && view && width > 1 && height > 1) {
+    const Surfaces surfaces(g, *view);
+    ForEachPixel(width, height, [&](int x, int y) {
+      const bool smooth = known && g.roughness(x, y) < kSmooth;
+      if (smooth || ShowsImage(frame->reflection, x, y) || ShowsImage(frame->refraction, x, y)) {
+        return;
+      }
+      const float distance = glm::length(surfaces.PointAt(x, y));
+      const float behind = BehindSurface(surfaces.CurvatureAt(x, y), distance);
+      if (behind > 0) {
+        const float z = g.depth(x, y);
+        const float image = z * (1 + behind / distance);
+        const vec2 motion = ImageMotion(*camera, g, x, y, image);
+        frame->reflection.depth(x, y) = image;
+        frame->reflection.motion[0](x, y) = motion.x;
+        frame->reflection.motion[1](x, y) = motion.y;
+        if (!known) {
+          roughness(x, y) = kCurvedRoughness;
+        }
+      }
+    });
+  }
+  if (!known) {
+    g.roughness = std::move(roughness);
+  }
+}
+
+}  // namespace stillray::io
