@@ -22,6 +22,7 @@
 #include "io/mixed_motion.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
+#include "io/volume_confidence.h"
 #include "stillray/aov.h"
 
 namespace stillray {
@@ -83,6 +84,7 @@ class Importer {
   void KeepStoredAlbedos();
   bool MayMixGuides() const;
   void CompleteGuides(const Plane<uint8_t>& without_depth);
+  void LimitHistoryOfVolumes();
   void AddRest();
   void CompleteTransmissionAlbedo();
   Signal& SignalOf(SignalKind kind);
@@ -498,6 +500,13 @@ bool Importer::MayMixGuides() const {
          layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
 }
 
+/// Files of other renderers hold no confidence for volumes, whose motion they do not hold either.
+void Importer::LimitHistoryOfVolumes() {
+  if (!volume_.empty() && frame_.confidence.empty()) {
+    frame_.confidence = io::VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
+  }
+}
+
 /// Gives light that was scattered before it met a surface the guides of what is around it.
 /// \param without_depth  as FindCoveredWithoutDepth returns it
 void Importer::CompleteGuides(const Plane<uint8_t>& without_depth) {
@@ -622,6 +631,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     io::SetCurvedImages(&frame_);
   }
   if (MayMixGuides()) {
+    LimitHistoryOfVolumes();
     CompleteGuides(without_depth);
   }
   if (transmits) {
