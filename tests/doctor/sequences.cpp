@@ -89,7 +89,9 @@ Frame Averaged(Renderer* jittered, Renderer* centred, RenderMoment moment) {
 
 }  // namespace
 
-Sequence RenderSequence(const SceneOptions& o) {
+namespace {
+
+Sequence Rendered(const SceneOptions& o) {
   Sequence sequence;
   const Result<Scene> scene = MakeBuiltinScene(o.scene);
   EXPECT_TRUE(scene.ok()) << scene.status().message();
@@ -101,9 +103,13 @@ Sequence RenderSequence(const SceneOptions& o) {
   settings.virtual_guides = o.virtual_guides;
   const auto renderer = Renderer::Create(*scene, settings);
   EXPECT_TRUE(renderer.ok()) << renderer.status().message();
-  settings.jitter = false;
-  const auto centred = Renderer::Create(*scene, settings);
-  EXPECT_TRUE(centred.ok()) << centred.status().message();
+  std::unique_ptr<Renderer> centred;
+  if (o.averaged) {
+    settings.jitter = false;
+    Result<std::unique_ptr<Renderer>> made = Renderer::Create(*scene, settings);
+    EXPECT_TRUE(made.ok()) << made.status().message();
+    centred = std::move(made.value());
+  }
   for (int i = 0; i < o.frames; ++i) {
     RenderMoment moment;
     moment.frame_index = o.fixed_seed ? 0 : i;
@@ -111,7 +117,7 @@ Sequence RenderSequence(const SceneOptions& o) {
     moment.previous_seconds = i == 0 ? moment.seconds : moment.seconds - o.step;
     Frame frame;
     if (o.averaged) {
-      frame = Averaged(renderer->get(), centred->get(), moment);
+      frame = Averaged(renderer->get(), centred.get(), moment);
     } else {
       const Status status = renderer.value()->RenderFrame(moment, &frame);
       EXPECT_TRUE(status.ok()) << status.message();
@@ -119,6 +125,19 @@ Sequence RenderSequence(const SceneOptions& o) {
     sequence.push_back({i + 1, ImageOf(frame)});
   }
   return sequence;
+}
+
+}  // namespace
+
+Sequence RenderSequence(const SceneOptions& options) {
+  // Most tests spoil frames of the same few sequences.
+  static std::vector<std::pair<SceneOptions, Sequence>> rendered;
+  for (const auto& [of, sequence] : rendered) {
+    if (of == options) {
+      return sequence;
+    }
+  }
+  return rendered.emplace_back(options, Rendered(options)).second;
 }
 
 DoctorReport ReportOf(const Sequence& sequence, const AovOptions& options) {

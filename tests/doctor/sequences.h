@@ -35,6 +35,8 @@ struct SceneOptions {
   /// and ids are those of the pixel's centre.
   bool averaged = false;
   bool virtual_guides = false;  ///< with the layers of what surfaces reflect and let through
+
+  bool operator==(const SceneOptions&) const = default;
 };
 /// Frames 1, 2, ... of a built-in scene with the layers that `stillray render` writes.
 Sequence RenderSequence(const SceneOptions& options);
