@@ -15,8 +15,6 @@
 namespace stillray::capi {
 namespace {
 
-constexpr int kMaxSide = 32768;
-constexpr int kBand = 32;
 /// Beyond any address space, yet small enough that offsets of a picture do not overflow.
 constexpr ptrdiff_t kMaxStride = ptrdiff_t{1} << 44;
 

@@ -11,6 +11,10 @@
 
 namespace stillray::capi {
 
+inline constexpr int kMaxSide = 32768;
+/// Rows that one thread takes at a time.
+inline constexpr int kBand = 32;
+
 /// Fills in strides that are 0.
 /// \param name      of the image, for the message
 /// \param channels  required number

@@ -22,8 +22,6 @@
 namespace stillray::capi {
 namespace {
 
-constexpr int kMaxSide = 32768;
-constexpr int kBand = 32;
 /// Polling interval of the progress callback: short for users, long for a processor.
 constexpr std::chrono::milliseconds kPoll(4);
 /// Fractions of a frame's progress: reading inputs is negligible.
