@@ -153,23 +153,33 @@ function(stillray_add_module name)
 endfunction()
 
 # GoogleTest's headers are half of what a test costs to compile: they are compiled once, for all test
-# programs. Their flags must be those of the tests. -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON turns it off.
+# programs, and once more for those that are OPTIMISED. Their flags must be those of the tests.
+# -DCMAKE_DISABLE_PRECOMPILE_HEADERS=ON turns it off.
 function(stillray_add_test_headers)
   file(WRITE ${CMAKE_BINARY_DIR}/test_headers.cpp "int main() { return 0; }\n")
-  add_executable(stillray_test_headers ${CMAKE_BINARY_DIR}/test_headers.cpp)
+  set(kinds stillray_test_headers)
+  if(NOT STILLRAY_SANITIZE)
+    list(APPEND kinds stillray_test_headers_optimised)
+  endif()
+  foreach(kind IN LISTS kinds)
+    add_executable(${kind} ${CMAKE_BINARY_DIR}/test_headers.cpp)
+    target_precompile_headers(${kind} PRIVATE
+      <algorithm> <cmath> <cstdint> <functional> <memory> <span> <string> <vector>
+      <gmock/gmock.h> <gtest/gtest.h>)
+  endforeach()
   stillray_set_test_flags(stillray_test_headers)
-  target_precompile_headers(stillray_test_headers PRIVATE
-    <algorithm> <cmath> <cstdint> <functional> <memory> <span> <string> <vector>
-    <gmock/gmock.h> <gtest/gtest.h>)
+  if(NOT STILLRAY_SANITIZE)
+    stillray_set_test_flags(stillray_test_headers_optimised OPTIMISED)
+  endif()
 endfunction()
 
+# Tests are compiled more often than run, and what they test is in libraries of other flags: -O0 takes two thirds of
+# the time of -O1, and under the sanitizers, which clang inserts first and optimises then, half. OPTIMISED: -O1.
 function(stillray_set_test_flags name)
   target_link_libraries(${name} PRIVATE stillray_options GTest::gmock GTest::gtest_main)
-  # Tests are compiled more often than run: a third less time than with -O3, under the sanitizers, which
-  # clang inserts first and optimises then, half of that with -O1.
-  set(level -O1)
-  if(STILLRAY_SANITIZE)
-    set(level -O0)
+  set(level -O0)
+  if("OPTIMISED" IN_LIST ARGN)
+    set(level -O1)
   endif()
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:${level}>)
 endfunction()
@@ -179,15 +189,16 @@ endfunction()
 set(STILLRAY_DRIVER_ENVIRONMENT "GALLIVM_PERF=nopt" "LP_NATIVE_VECTOR_WIDTH=128")
 
 # stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds] [SHARDS count]
-#                   [UNSANITIZED patterns...])
+#                   [UNSANITIZED patterns...] [OPTIMISED])
 # Declares a GoogleTest program. CTest runs it as a whole, or in SHARDS parts of its cases side by side:
 # most cases take less time than the start of a process, or than a device's shaders. With
 # STILLRAY_TEST_CASES it runs each case by itself. An odd number of parts divides cases of two kinds
 # (/Compute and /Hardware, say) evenly. LABELS: "fast" programs also run under the sanitizers,
 # "slow" ones do not. Default: fast. TIMEOUT: of a part, default 900. UNSANITIZED: cases that do not run
-# under the sanitizers, because others run the same code in less time; patterns of --gtest_filter.
+# under the sanitizers, because others run the same code in less time; patterns of --gtest_filter. OPTIMISED:
+# the program's own loops take longer without than it takes to compile them with.
 function(stillray_add_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS fast)
   endif()
@@ -196,9 +207,15 @@ function(stillray_add_test name)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR}/src ${PROJECT_SOURCE_DIR}/tests)
-  stillray_set_test_flags(${name})
+  set(headers stillray_test_headers)
+  set(optimised "")
+  if(ARG_OPTIMISED AND NOT STILLRAY_SANITIZE)
+    set(headers stillray_test_headers_optimised)
+    set(optimised OPTIMISED)
+  endif()
+  stillray_set_test_flags(${name} ${optimised})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
-  target_precompile_headers(${name} REUSE_FROM stillray_test_headers)
+  target_precompile_headers(${name} REUSE_FROM ${headers})
   if(STILLRAY_SANITIZE AND NOT "fast" IN_LIST ARG_LABELS AND NOT "fuzz" IN_LIST ARG_LABELS)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)  # too slow to be run there
     return()
