@@ -2,6 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Rejection of the previous picture in temporal antialiasing.
+#include <algorithm>
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "denoise/stages/antialias_shared.h"
@@ -104,6 +107,55 @@ TEST(Antialias, APictureOfAnotherSurfaceIsForgotten) {
     for (int y = 0; y < 24; ++y) {
       for (int x = 0; x < 32; ++x) {
         EXPECT_FLOAT_EQ(out.colour[1](x, y), out.images[0].channels[1](x, y)) << x << " " << y;
+      }
+    }
+  }
+}
+
+// The previous picture holds the light of the last frame: it counts no more than that does.
+TEST(Antialias, APictureOfLightThatHoldsNoMoreCountsLess) {
+  constexpr float kAlpha = 0.1f;
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  s.antialias = Antialias::kTaa;
+  s.taa_alpha = kAlpha;
+  s.taa_follow_light = false;
+  s.limit_history = false;
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    Denoiser d = Denoiser::Create(s, backend).value();
+    ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
+    DenoisedFrame out;
+    for (int i = 0; i < 40; ++i) {
+      ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
+    }
+    const Image3 before = out.colour;
+    Frame next = MakeStripes(40, 1.0f);
+    for (Signal& signal : next.signals) {
+      for (int y = 0; y < 24; ++y) {
+        for (int x = 0; x < 32; ++x) {
+          signal.radiance[1](x, y) = (x + y) % 2 == 0 ? 1.0f : 0.1f;  // stripes change places
+        }
+      }
+    }
+    next.confidence = Image1(32, 24);
+    FillImage(&next.confidence, [](int x, int) {
+      return x < 10 ? 0.0f : x < 20 ? 0.5f : std::numeric_limits<float>::quiet_NaN();
+    });
+    ASSERT_TRUE(d.Denoise(next, &out).ok());
+    const Image1& aliased = out.images[0].channels[1];
+    for (int y = 2; y < 22; ++y) {
+      for (int x = 2; x < 30; ++x) {
+        float low = aliased(x, y);
+        float high = low;
+        for (int i = 0; i < 9; ++i) {
+          low = std::min(low, aliased(x - 1 + i % 3, y - 1 + i / 3));
+          high = std::max(high, aliased(x - 1 + i % 3, y - 1 + i / 3));
+        }
+        const float kept = std::clamp(before[1](x, y), low, high);
+        // Of weights (1 - alpha) c to alpha, c = 0, 0.5 and 1.
+        const float alpha = x < 10 ? 1.0f : x < 20 ? kAlpha / (kAlpha + 0.45f) : kAlpha;
+        EXPECT_NEAR(out.colour[1](x, y), kept + alpha * (aliased(x, y) - kept), 1e-5f)
+            << x << " " << y;
       }
     }
   }

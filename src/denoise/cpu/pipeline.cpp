@@ -367,6 +367,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   if (p.plan.antialias.weigh_by_length != 0) {
     antialias.length = &surface.signals.front().length;
     antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;
+    antialias.confidence = in.frame.confidence.empty() ? nullptr : &in.frame.confidence;
   }
   antialias.copy = colour;
   if (p.fusion.antialias_parts) {

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+#include "denoise/simd/confidence-inl.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/tap_rows-inl.h"
@@ -60,10 +61,12 @@ HWY_INLINE void CubicSpline(VF t, VF w[4]) {
 HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF longest, int x,
                     int y) {
   const DF d;
-  const VF alpha = hn::Set(d, p.taa_alpha);
   if (in.length == nullptr) {
-    return alpha;
+    return hn::Set(d, p.taa_alpha);
   }
+  const VF alpha = in.confidence == nullptr
+                       ? hn::Set(d, p.taa_alpha)
+                       : ConfidentAlpha(p.taa_alpha, ConfidenceOf(*in.confidence, x, y));
   const VF one = hn::Set(d, 1.0f);
   const VF n = in.samples == nullptr ? one : hn::LoadU(d, in.samples->Row(y) + x);
   const MF some = hn::Gt(n, hn::Zero(d));

@@ -12,6 +12,7 @@
 #include <algorithm>
 
 #include "denoise/planes.h"
+#include "denoise/simd/confidence-inl.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/tap_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
@@ -19,15 +20,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
-
-/// UsedConfidence of the pixels x, x + 1, ... of row y.
-HWY_INLINE VF ConfidenceOf(const Image1& confidence, int x, int y) {
-  const DF d;
-  const VF one = hn::Set(d, 1.0f);
-  const VF given = hn::LoadU(d, confidence.Row(y) + x);
-  const VF clamped = hn::Min(hn::Max(given, hn::Zero(d)), one);
-  return hn::IfThenElse(hn::IsNaN(given), one, clamped);
-}
 
 /// Mean of the taps chosen by the search, for one pixel; with `light_only`, of those with light.
 inline float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,

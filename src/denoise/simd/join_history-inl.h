@@ -28,15 +28,10 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, VF least, bool constant_weight) {
 /// The smallest weight of a vector of pixels: ConfidentAlpha where the history has a confidence.
 template <typename OldOf>
 HWY_INLINE VF LeastWeight(const OldOf& old_of, float alpha) {
-  const DF d;
-  const VF least = hn::Set(d, alpha);
   if constexpr (OldOf::kHasConfidence) {
-    const VF one = hn::Set(d, 1.0f);
-    const VF sum = hn::Add(least, hn::Mul(old_of.confidence, hn::Set(d, 1.0f - alpha)));
-    const VF raised = hn::Div(least, hn::Max(sum, hn::Set(d, 1e-30f)));
-    return hn::IfThenElse(hn::Lt(old_of.confidence, one), raised, least);
+    return ConfidentAlpha(alpha, old_of.confidence);
   } else {
-    return least;
+    return hn::Set(DF(), alpha);
   }
 }
 

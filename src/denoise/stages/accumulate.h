@@ -12,6 +12,7 @@
 
 #include "denoise/planes.h"
 #include "denoise/stages/accumulate_shared.h"
+#include "denoise/stages/reproject_shared.h"
 
 namespace stillray {
 

@@ -18,13 +18,6 @@ SHARED_BLOCK(AccumulateParameters) {
   int max_history;              // samples; 0: no limit
 };
 
-// alpha_min or alpha_moments under a confidence in the history, to which its weight against that of
-// the new frame, 1 - alpha to alpha, is proportional.
-SHARED_FN float ConfidentAlpha(float alpha, float confidence) {
-  float raised = alpha / max(alpha + confidence * (1.0f - alpha), 1e-30f);
-  return confidence < 1.0f ? raised : alpha;
-}
-
 // Weight of the new frame. PSVGF section 4.2: max(alpha_min, 1 / age), with age in samples: n new
 // ones after `length` old ones. SVGF eq. 1 (constant_weight): alpha_min wherever there is history.
 SHARED_FN float NewFrameWeight(float length, float n, float alpha_min, bool constant_weight) {

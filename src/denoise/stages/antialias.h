@@ -10,7 +10,8 @@
 /// that is fetched (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
 /// fraction of a pixel, and a picture is fetched ten times before it has faded; while the history
 /// of a pixel's light is short the previous picture counts no more than the previous light does
-/// (the clamp lets a wrong picture pass if the noise of the light is large); runs on scene-linear
+/// (the clamp lets a wrong picture pass if the noise of the light is large), and under a confidence in
+/// the last frame's light it counts less; runs on scene-linear
 /// light, before the tone curve, so that linear files are antialiased too, and blends linear light,
 /// which converges to the box-filtered picture. `tone_scale` blends under a tone curve instead,
 /// as SVGF does, which smooths edges of bright light, but darkens textures of high contrast (by up
@@ -36,6 +37,8 @@ struct AntialiasInput {
   /// weight `taa_alpha` everywhere; for samples: one everywhere.
   const Image1* length = nullptr;
   const Image1* samples = nullptr;
+  /// Frame::confidence; nullptr: 1 everywhere. Read with `length` alone.
+  const Image1* confidence = nullptr;
   Image3* copy = nullptr;  ///< a copy of the finished picture, of the same size; nullptr: none
 };
 

@@ -8,6 +8,7 @@
 #include "denoise/stages/antialias.h"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/follow_light.h"
+#include "denoise/stages/reproject_shared.h"
 
 namespace stillray::reference {
 namespace {
@@ -50,6 +51,17 @@ float LongestAround(const Image1& length, int x, int y) {
     }
   }
   return longest;
+}
+
+/// Weight of the new picture at a pixel.
+float NewWeight(const AntialiasInput& in, float taa_alpha, int x, int y) {
+  if (in.length == nullptr) {
+    return taa_alpha;
+  }
+  const float given = in.confidence == nullptr ? 1.0f : (*in.confidence)(x, y);
+  const float alpha = ConfidentAlpha(taa_alpha, UsedConfidence(given, std::isnan(given)));
+  return NewPictureWeight(alpha, LongestAround(*in.length, x, y),
+                          in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
 }
 
 /// The previous picture at a place.
@@ -106,11 +118,7 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
         }
         const vec3 before =
             min(max(ratio[static_cast<size_t>(x)] * SamplePrevious(in, place), low), high);
-        const float alpha =
-            in.length == nullptr
-                ? p.taa_alpha
-                : NewPictureWeight(p.taa_alpha, LongestAround(*in.length, x, y),
-                                   in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
+        const float alpha = NewWeight(in, p.taa_alpha, x, y);
         for (int c = 0; c < 3; ++c) {
           result[c] = p.tone_scale > 0 ? BlendTonemapped(before[c], now[c], alpha, p.tone_scale)
                                        : before[c] + alpha * (now[c] - before[c]);

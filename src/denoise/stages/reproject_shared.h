@@ -53,6 +53,13 @@ SHARED_FN float UsedConfidence(float given, bool is_nan) {
   return is_nan ? 1.0f : min(max(given, 0.0f), 1.0f);
 }
 
+// The weight of a new frame, or picture, under a confidence in the history, to which its weight
+// against that of the new one, 1 - alpha to alpha, is proportional.
+SHARED_FN float ConfidentAlpha(float alpha, float confidence) {
+  float raised = alpha / max(alpha + confidence * (1.0f - alpha), 1e-30f);
+  return confidence < 1.0f ? raised : alpha;
+}
+
 // The length that a history counts for under a confidence. Without an upper bound a long history
 // would stay long: alpha_min keeps it from counting for more than its effective number of samples,
 // 1 / weights2.

@@ -116,7 +116,8 @@ vec3 Antialiased(ivec2 p, vec3 now) {
   float ratio = antialias.follow_light != 0 ? RatioAt(p) : 1.0f;
   vec3 before = min(max(ratio * SamplePrevious(place), low), high);
   float alpha = antialias.weigh_by_length != 0
-                    ? NewPictureWeight(antialias.taa_alpha, LongestAround(p), GivenSamples(p))
+                    ? NewPictureWeight(ConfidentAlpha(antialias.taa_alpha, Confidence(p)),
+                                       LongestAround(p), GivenSamples(p))
                     : antialias.taa_alpha;
   if (antialias.tone_scale > 0.0f) {
     float scale = antialias.tone_scale / picture_exposure;
