@@ -18,11 +18,11 @@
 #include "io/aov_seen.h"
 #include "io/curved_images.h"
 #include "io/fill_depth.h"
+#include "io/light_confidence.h"
 #include "io/lossy.h"
 #include "io/mixed_motion.h"
 #include "io/seen_guides.h"
 #include "io/text.h"
-#include "io/volume_confidence.h"
 #include "stillray/aov.h"
 
 namespace stillray {
@@ -84,7 +84,7 @@ class Importer {
   void KeepStoredAlbedos();
   bool MayMixGuides() const;
   void CompleteGuides(const Plane<uint8_t>& without_depth);
-  void LimitHistoryOfVolumes();
+  void LimitHistories();
   void AddRest();
   void CompleteTransmissionAlbedo();
   Signal& SignalOf(SignalKind kind);
@@ -500,10 +500,31 @@ bool Importer::MayMixGuides() const {
          layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
 }
 
-/// Files of other renderers hold no confidence for volumes, whose motion they do not hold either.
-void Importer::LimitHistoryOfVolumes() {
-  if (!volume_.empty() && frame_.confidence.empty()) {
+bool IsZero(const Image1& plane) {
+  for (int y = 0; y < plane.height(); ++y) {
+    const float* row = plane.Row(y);
+    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool HasLight(const Image3& light) {
+  return !light.empty() && !(IsZero(light[0]) && IsZero(light[1]) && IsZero(light[2]));
+}
+
+/// Keeps histories short where neither motion nor guides of the file tell how its light changes.
+/// Smoke shortens the means of normals too: only without it are short ones a sign of hair.
+void Importer::LimitHistories() {
+  if (!frame_.confidence.empty() || frame_.samples.empty()) {
+    return;  // of one sample each, a history is worth its lag
+  }
+  if (HasLight(volume_)) {
     frame_.confidence = io::VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
+  } else if (layout_.soft_guides && !layout_.normal.encoded && !frame_.guides.motion.empty()) {
+    frame_.confidence =
+        io::MixedConfidence(Colour(Aov::kNormal), frame_.guides.motion, frame_.samples);
   }
 }
 
@@ -631,7 +652,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     io::SetCurvedImages(&frame_);
   }
   if (MayMixGuides()) {
-    LimitHistoryOfVolumes();
+    LimitHistories();
     CompleteGuides(without_depth);
   }
   if (transmits) {
@@ -639,16 +660,6 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   }
   EstimateSecondMoments(&frame_);
   return std::move(frame_);
-}
-
-bool IsZero(const Image1& plane) {
-  for (int y = 0; y < plane.height(); ++y) {
-    const float* row = plane.Row(y);
-    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
-      return false;
-    }
-  }
-  return true;
 }
 
 Image2 Importer::NextMotion(const JitterPair& jitter) const {

@@ -10,14 +10,14 @@
 /// that is fetched (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
 /// fraction of a pixel, and a picture is fetched ten times before it has faded; while the history
 /// of a pixel's light is short the previous picture counts no more than the previous light does
-/// (the clamp lets a wrong picture pass if the noise of the light is large), and under a confidence in
-/// the last frame's light it counts less; runs on scene-linear
-/// light, before the tone curve, so that linear files are antialiased too, and blends linear light,
-/// which converges to the box-filtered picture. `tone_scale` blends under a tone curve instead,
-/// as SVGF does, which smooths edges of bright light, but darkens textures of high contrast (by up
-/// to 5 %). With `ratio` the previous picture is multiplied by the change of the light
-/// (follow_light.h). State: the previous output. Border: 1 pixel; reads 4x4 taps along the motion.
-/// Reads 36 and 16 x 12, writes 12 bytes per pixel.
+/// (the clamp lets a wrong picture pass if the noise of the light is large), and under a confidence
+/// in the last frame's light it counts less; runs on scene-linear light, before the tone curve, so
+/// that linear files are antialiased too, and blends linear light, which converges to the
+/// box-filtered picture. `tone_scale` blends under a tone curve instead, as SVGF does, which
+/// smooths edges of bright light, but darkens textures of high contrast (by up to 5 %). With
+/// `ratio` the previous picture is multiplied by the change of the light (follow_light.h). State:
+/// the previous output. Border: 1 pixel; reads 4x4 taps along the motion. Reads 36 and 16 x 12,
+/// writes 12 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"

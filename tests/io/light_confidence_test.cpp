@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
-#include "io/volume_confidence.h"
+#include "io/light_confidence.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
-namespace stillray::io::volume_confidence_test {
+namespace stillray::io::light_confidence_test {
 namespace {
 
 constexpr int kSize = 32;
@@ -66,5 +66,49 @@ TEST(VolumeConfidence, InvalidAndBlackLight) {
   EXPECT_EQ(VolumeConfidence(Grey(0), Grey(0), Samples(4))(9, 9), 1.0f);
 }
 
+/// Normals of this length.
+Image3 Normals(float length) {
+  Image3 normal(kSize, kSize);
+  normal[2].Fill(-length);
+  return normal;
+}
+
+Image2 Motion(float x, float y) {
+  Image2 motion(kSize, kSize);
+  motion[0].Fill(x);
+  motion[1].Fill(y);
+  return motion;
+}
+
+TEST(MixedConfidence, FallsWithTheLengthOfNormalsAndTheSamples) {
+  const Image2 motion = Motion(3, 4);
+  EXPECT_EQ(MixedConfidence(Normals(1), motion, Samples(16))(9, 9), 1.0f);
+  EXPECT_EQ(MixedConfidence(Normals(0.96f), motion, Samples(16))(9, 9), 1.0f);
+  EXPECT_NEAR(MixedConfidence(Normals(0.9f), motion, Samples(16))(9, 9), 0.7f, 1e-5f);
+  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(16))(9, 9), 0.4f, 1e-5f);
+  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(4))(0, 31), 0.7f, 1e-5f);
+  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(1024))(31, 0), 0.35f, 1e-5f);
+  EXPECT_EQ(MixedConfidence(Normals(0.5f), motion, Image1())(9, 9), 1.0f);
+}
+
+TEST(MixedConfidence, WhatStandsStillKeepsItsHistory) {
+  EXPECT_EQ(MixedConfidence(Normals(0.5f), Motion(0, 0), Samples(16))(9, 9), 1.0f);
+  EXPECT_NEAR(MixedConfidence(Normals(0.5f), Motion(0.125f, 0), Samples(16))(9, 9), 0.7f, 1e-5f);
+}
+
+TEST(MixedConfidence, OutlinesAndPixelsWithoutSurfaceHardlyCount) {
+  Image3 normal = Normals(1);
+  for (int y = 0; y < kSize; ++y) {
+    normal[2](12, y) = -0.8f;  // one line of mixed pixels
+  }
+  EXPECT_EQ(MixedConfidence(normal, Motion(1, 0), Samples(16))(12, 9), 1.0f);
+  normal = Normals(0);
+  normal[2](4, 4) = -0.5f;
+  normal[2](5, 4) = std::numeric_limits<float>::quiet_NaN();
+  const Image1 confidence = MixedConfidence(normal, Motion(1, 0), Samples(16));
+  EXPECT_NEAR(confidence(4, 4), 0.4f, 1e-5f);  // sky does not count
+  EXPECT_EQ(confidence(20, 20), 1.0f);
+}
+
 }  // namespace
-}  // namespace stillray::io::volume_confidence_test
+}  // namespace stillray::io::light_confidence_test

@@ -1,0 +1,31 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// How far the light of the last frame holds where files of other renderers cannot tell by motion
+/// and guides. With a confidence c a history has the weight of at most 1 / (1 - c) frames; the more
+/// samples a frame has, the fewer frames it takes until the error of a history is larger than the
+/// noise. Both functions return Frame::confidence.
+#pragma once
+
+#include "stillray/image.h"
+
+namespace stillray::io {
+
+/// In smoke and fog, which change without motion that files could hold: where a quarter or more of
+/// the light of the 7x7 pixels around is that of volumes, 1 for one sample, 0.675 for two, 0.35 for
+/// four and more. 1 without such light.
+/// \param volume   light of volumes
+/// \param light    all light of the frame
+/// \param samples  per pixel; empty: one each
+Image1 VolumeConfidence(const Image3& volume, const Image3& light, const Image1& samples);
+
+/// In hair, fur and leaves: pixels whose guides are means over many surfaces never show the same
+/// mean again once they move. Where the normals of the 5x5 pixels around are shorter than 1 by 0.15
+/// in the mean, and the pixel moves by a quarter of a pixel or more, 1 less 0.15 for each doubling
+/// of the samples, and at least 0.35; from 0.05 on in part. 1 where nothing moves.
+/// \param normal   as stored: means over the samples; zero where there is no surface
+/// \param motion   of the same size
+/// \param samples  per pixel; empty: one each
+Image1 MixedConfidence(const Image3& normal, const Image2& motion, const Image1& samples);
+
+}  // namespace stillray::io
