@@ -14,89 +14,58 @@
 #include "core/pixels.h"
 #include "core/second_moments.h"
 #include "io/aov_albedo.h"
+#include "io/aov_importer.h"
 #include "io/aov_samples.h"
 #include "io/aov_seen.h"
 #include "io/curved_images.h"
 #include "io/fill_depth.h"
 #include "io/light_confidence.h"
-#include "io/lossy.h"
 #include "io/mixed_motion.h"
-#include "io/seen_guides.h"
 #include "io/text.h"
-#include "stillray/aov.h"
 
-namespace stillray {
+namespace stillray::io {
 namespace {
 
-/// Sums of passes differ from the colour by the rounding of halves; a larger fraction of it is
-/// light that no pass holds.
-constexpr float kRoundingPart = 0.01f;
-
-struct LightRow {
-  Aov aov;
-  SignalKind kind;
-  Aov albedo;
-};
-constexpr LightRow kLights[] = {
-    {Aov::kDirectDiffuse, SignalKind::kDirectDiffuse, Aov::kAlbedo},
-    {Aov::kIndirectDiffuse, SignalKind::kIndirectDiffuse, Aov::kAlbedo},
-    {Aov::kDirectSpecular, SignalKind::kDirectSpecular, Aov::kSpecularAlbedo},
-    {Aov::kIndirectSpecular, SignalKind::kIndirectSpecular, Aov::kSpecularAlbedo},
-    {Aov::kDirectTransmission, SignalKind::kDirectTransmission, Aov::kTransmissionAlbedo},
-    {Aov::kIndirectTransmission, SignalKind::kIndirectTransmission, Aov::kTransmissionAlbedo},
-};
-
-/// Converts one file to a frame.
-class Importer {
- public:
-  Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
-           std::vector<LightPart>* parts = nullptr)
-      : image_(image), layout_(layout), name_(name), parts_(parts) {
-    frame_.width = image.width;
-    frame_.height = image.height;
+/// All numbers of a text attribute.
+std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
+                           const std::string& name) {
+  std::vector<float> numbers;
+  const auto at = attributes.find(name);
+  if (at == attributes.end()) {
+    return numbers;
   }
+  const char* begin = at->second.data();
+  const char* end = begin + at->second.size();
+  while (begin < end) {
+    float number = 0;
+    const auto [stop, error] = std::from_chars(begin, end, number);
+    if (error != std::errc() || !std::isfinite(number)) {
+      break;
+    }
+    numbers.push_back(number);
+    begin = stop;
+    while (begin < end && *begin == ' ') {
+      ++begin;
+    }
+  }
+  return numbers;
+}
 
-  Result<Frame> Import(std::array<float, 2> previous_jitter);
-  Image2 NextMotion(const JitterPair& jitter) const;
-  io::NoSeenGuides CheckSeen();
-  bool HasCurvedImages();
+bool IsZero(const Image1& plane) {
+  for (int y = 0; y < plane.height(); ++y) {
+    const float* row = plane.Row(y);
+    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
+      return false;
+    }
+  }
+  return true;
+}
 
- private:
-  Status CheckChannels() const;
-  std::optional<Image1> Plane1(Aov aov) const;
-  Image1 Values(const std::string& channel) const;
-  Image3 Colour(Aov aov) const;
-  bool IsLossy(Aov aov) const;
-  Image3 Light(Aov aov) const;
-  void ImportJitter();
-  void ImportFocalLength();
-  void ImportGuides(std::array<float, 2> previous_jitter);
-  void ImportNormal();
-  void ImportId();
-  void ImportAlbedo();
-  void ImportSeenGuides();
-  VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
-                                const JitterPair& jitter) const;
-  Plane<uint32_t> Ids(const Channel& channel) const;
-  void ImportPasses();
-  void ImportVolume();
-  void ImportColourAlone();
-  void KeepStoredAlbedos();
-  bool MayMixGuides() const;
-  void CompleteGuides(const Plane<uint8_t>& without_depth);
-  void LimitHistories();
-  void AddRest();
-  void CompleteTransmissionAlbedo();
-  Signal& SignalOf(SignalKind kind);
-  void KeepPart(Aov aov, SignalKind kind, const Image3& radiance);
+bool HasLight(const Image3& light) {
+  return !light.empty() && !(IsZero(light[0]) && IsZero(light[1]) && IsZero(light[2]));
+}
 
-  const ExrImage& image_;
-  const AovLayout& layout_;
-  const std::string& name_;
-  std::vector<LightPart>* parts_;  ///< or nullptr
-  Image3 volume_;                  ///< light of volumes
-  Frame frame_;
-};
+}  // namespace
 
 Status Importer::CheckChannels() const {
   for (const AovSource& source : layout_.sources) {
@@ -104,15 +73,14 @@ Status Importer::CheckChannels() const {
       if (image_.Find(channel) == nullptr) {
         return Status::BadData(
             fmt::format("{}: has no channel {}, which serves as {} in the first frame", name_,
-                        io::OneLine(channel), AovName(source.aov)));
+                        OneLine(channel), AovName(source.aov)));
       }
     }
   }
   const AovSource* samples = layout_.Find(Aov::kSamples);
-  if (samples != nullptr && io::HoldsFractions(*samples) &&
-      io::CyclesSamples(image_, *samples) == 0) {
+  if (samples != nullptr && HoldsFractions(*samples) && CyclesSamples(image_, *samples) == 0) {
     return Status::BadData(fmt::format("{}: has no usable attribute {}, which the first frame has",
-                                       name_, io::OneLine(io::SamplesAttribute(*samples))));
+                                       name_, OneLine(SamplesAttribute(*samples))));
   }
   if (layout_.motion_from_cameras && !CameraOf(image_)) {
     return Status::BadData(fmt::format(
@@ -149,48 +117,6 @@ Image3 Importer::Colour(Aov aov) const {
     }
   }
   return image;
-}
-
-bool Importer::IsLossy(Aov aov) const {
-  const AovSource* source = layout_.Find(aov);
-  return source != nullptr && std::any_of(source->channels.begin(), source->channels.end(),
-                                          [&](const std::string& name) {
-                                            return io::IsLossy(image_, *image_.Find(name));
-                                          });
-}
-
-/// A layer of light, without the negative values of its compression.
-Image3 Importer::Light(Aov aov) const {
-  Image3 light = Colour(aov);
-  if (IsLossy(aov)) {
-    io::RemoveRinging(&light);
-  }
-  return light;
-}
-
-/// All numbers of a text attribute.
-std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
-                           const std::string& name) {
-  std::vector<float> numbers;
-  const auto at = attributes.find(name);
-  if (at == attributes.end()) {
-    return numbers;
-  }
-  const char* begin = at->second.data();
-  const char* end = begin + at->second.size();
-  while (begin < end) {
-    float number = 0;
-    const auto [stop, error] = std::from_chars(begin, end, number);
-    if (error != std::errc() || !std::isfinite(number)) {
-      break;
-    }
-    numbers.push_back(number);
-    begin = stop;
-    while (begin < end && *begin == ' ') {
-      ++begin;
-    }
-  }
-  return numbers;
 }
 
 void Importer::ImportJitter() {
@@ -281,8 +207,8 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
   }
   if (std::optional<Image1> samples = Plane1(Aov::kSamples)) {
     const AovSource& source = *layout_.Find(Aov::kSamples);
-    if (io::HoldsFractions(source)) {
-      io::ToCounts(io::CyclesSamples(image_, source), &*samples);
+    if (HoldsFractions(source)) {
+      ToCounts(CyclesSamples(image_, source), &*samples);
     }
     frame_.samples = std::move(*samples);
   } else if (layout_.samples > 1) {
@@ -294,39 +220,6 @@ void Importer::ImportGuides(std::array<float, 2> previous_jitter) {
   }
 }
 
-Signal& Importer::SignalOf(SignalKind kind) {
-  for (Signal& signal : frame_.signals) {
-    if (signal.kind == kind) {
-      return signal;
-    }
-  }
-  Signal signal;
-  signal.kind = kind;
-  signal.radiance = Image3(frame_.width, frame_.height);
-  frame_.signals.push_back(std::move(signal));
-  return frame_.signals.back();
-}
-
-void MultiplyBy(const Image3& factor, Image3* image) {
-  ForEachPixel(image->width(), image->height(), [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      (*image)[c](x, y) *= factor[c](x, y);
-    }
-  });
-}
-
-void AddTo(const Image3& more, Image3* image) {
-  if (image->empty()) {
-    *image = more;
-    return;
-  }
-  ForEachPixel(image->width(), image->height(), [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      (*image)[c](x, y) += more[c](x, y);
-    }
-  });
-}
-
 void Importer::ImportAlbedo() {
   Guides& g = frame_.guides;
   const bool fallback = layout_.from_colour && layout_.Find(Aov::kFallbackAlbedo) != nullptr;
@@ -335,10 +228,10 @@ void Importer::ImportAlbedo() {
     g.albedo = WhiteAlbedo(frame_.width, frame_.height);
   } else if (fallback && layout_.Find(Aov::kFallbackNormal) && layout_.Find(Aov::kNormal)) {
     const Image3 normal = layout_.normal.encoded ? g.normal : Colour(Aov::kNormal);
-    io::RejectRandomAlbedo(normal, Colour(Aov::kFallbackNormal), &g.albedo);
+    RejectRandomAlbedo(normal, Colour(Aov::kFallbackNormal), &g.albedo);
   } else if (layout_.from_colour && !fallback) {
-    io::AddAlbedo(Colour(Aov::kSpecularAlbedo), layout_.specular_weight, &g.albedo);
-    io::AddAlbedo(Colour(Aov::kTransmissionAlbedo), 1, &g.albedo);
+    AddAlbedo(Colour(Aov::kSpecularAlbedo), layout_.specular_weight, &g.albedo);
+    AddAlbedo(Colour(Aov::kTransmissionAlbedo), 1, &g.albedo);
   }
   g.specular_albedo = Colour(Aov::kSpecularAlbedo);
   if (g.specular_albedo.empty()) {
@@ -389,108 +282,19 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
 void Importer::ImportSeenGuides() {
   const std::optional<Image1> depth = Plane1(Aov::kSeenDepth);
   if (depth && frame_.reflection.empty() && frame_.refraction.empty()) {
-    io::SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_);
+    SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_);
   }
 }
 
-io::NoSeenGuides Importer::CheckSeen() {
+NoSeenGuides Importer::CheckSeen() {
   ImportGuides({0, 0});
-  return io::CheckSeenGuides({*Plane1(Aov::kSeenDepth), Colour(Aov::kSeenNormal), Image3()},
-                             frame_.guides);
+  return CheckSeenGuides({*Plane1(Aov::kSeenDepth), Colour(Aov::kSeenNormal), Image3()},
+                         frame_.guides);
 }
 
-bool Importer::HasCurvedImages() {
+bool Importer::ShowsCurvedImages() {
   ImportGuides({0, 0});
-  return io::HasCurvedImages(frame_.guides);
-}
-
-void Importer::KeepPart(Aov aov, SignalKind kind, const Image3& radiance) {
-  if (parts_ != nullptr) {
-    parts_->push_back({aov, kind, radiance, Image3()});
-  }
-}
-
-void Importer::ImportPasses() {
-  for (const LightRow& row : kLights) {
-    if (layout_.Find(row.aov) == nullptr) {
-      continue;
-    }
-    Image3 light = Light(row.aov);
-    if (layout_.light_is_divided) {
-      MultiplyBy(Colour(row.albedo), &light);
-    }
-    KeepPart(row.aov, row.kind, light);
-    SignalOf(row.kind).radiance = std::move(light);
-  }
-  for (Signal& signal : frame_.signals) {
-    const Channel* moment = image_.Find(fmt::format("{}.second_moment.X", SignalName(signal.kind)));
-    if (layout_.renderer == "stillray" && moment != nullptr && moment->type != PixelType::kUint32) {
-      signal.second_moment = moment->values;
-    }
-  }
-  ImportVolume();
-}
-
-/// Light scattered in volumes has no albedo. It joins transmitted light: both come from behind the
-/// surface that the guides describe.
-void Importer::ImportVolume() {
-  for (const auto& [aov, kind] :
-       {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
-        std::pair(Aov::kIndirectVolume, SignalKind::kIndirectTransmission)}) {
-    if (layout_.Find(aov) != nullptr) {
-      const Image3 light = Light(aov);
-      KeepPart(aov, kind, light);
-      AddTo(light, &SignalOf(kind).radiance);
-      AddTo(light, &volume_);
-    }
-  }
-}
-
-/// a - b where both are finite, else 0, so that invalid values do not spread.
-float Difference(float a, float b) {
-  const float difference = a - b;
-  return std::isfinite(difference) ? difference : 0.0f;
-}
-
-/// The only signal is the colour without emission and background.
-void Importer::ImportColourAlone() {
-  Image3 light = Light(Aov::kColour);
-  const Image3 emission = frame_.emission;
-  const Image3 background = frame_.background;
-  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      const float colour = light[c](x, y);
-      const float known = (emission.empty() ? 0.0f : emission[c](x, y)) +
-                          (background.empty() ? 0.0f : background[c](x, y));
-      if (known == 0 || !std::isfinite(known)) {
-        continue;
-      }
-      const float left = colour - known;
-      const bool rounding = std::fabs(left) <= kRoundingPart * std::fabs(known);
-      light[c](x, y) = rounding ? 0.0f : left;
-    }
-  });
-  // With a transparent film, sky is in the passes but not in the colour.
-  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      if (light[c](x, y) < 0 && !background.empty() && background[c](x, y) > 0) {
-        const float over = std::min(-light[c](x, y), background[c](x, y));
-        frame_.background[c](x, y) -= over;
-        light[c](x, y) += over;
-      }
-    }
-  });
-  SignalOf(SignalKind::kDirectDiffuse).radiance = std::move(light);
-}
-
-/// Layers of light without its colour stay divided by the colours of the file.
-void Importer::KeepStoredAlbedos() {
-  for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
-    LightPart& part = (*parts_)[i];
-    if (part.aov >= Aov::kDirectDiffuse && part.aov <= Aov::kIndirectSpecular) {
-      part.stored_albedo = AlbedoOf(frame_.guides, part.kind);
-    }
-  }
+  return HasCurvedImages(frame_.guides);
 }
 
 /// Whether guides may be means or samples of what rays meet at random. In frames of stillray they
@@ -500,20 +304,6 @@ bool Importer::MayMixGuides() const {
          layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
 }
 
-bool IsZero(const Image1& plane) {
-  for (int y = 0; y < plane.height(); ++y) {
-    const float* row = plane.Row(y);
-    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
-      return false;
-    }
-  }
-  return true;
-}
-
-bool HasLight(const Image3& light) {
-  return !light.empty() && !(IsZero(light[0]) && IsZero(light[1]) && IsZero(light[2]));
-}
-
 /// Keeps histories short where neither motion nor guides of the file tell how its light changes.
 /// Smoke shortens the means of normals too: only without it are short ones a sign of hair.
 void Importer::LimitHistories() {
@@ -521,10 +311,9 @@ void Importer::LimitHistories() {
     return;  // of one sample each, a history is worth its lag
   }
   if (HasLight(volume_)) {
-    frame_.confidence = io::VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
+    frame_.confidence = VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
   } else if (layout_.soft_guides && !layout_.normal.encoded && !frame_.guides.motion.empty()) {
-    frame_.confidence =
-        io::MixedConfidence(Colour(Aov::kNormal), frame_.guides.motion, frame_.samples);
+    frame_.confidence = MixedConfidence(Colour(Aov::kNormal), frame_.guides.motion, frame_.samples);
   }
 }
 
@@ -538,72 +327,12 @@ void Importer::CompleteGuides(const Plane<uint8_t>& without_depth) {
   KeepStoredAlbedos();
   if (!volume_.empty() && !layout_.normal.encoded) {
     const Image3 stored_normal = Colour(Aov::kNormal);
-    io::DivideByHits(volume_, stored_normal, &g.albedo);
-    io::DivideByHits(volume_, stored_normal, &g.specular_albedo);
+    DivideByHits(volume_, stored_normal, &g.albedo);
+    DivideByHits(volume_, stored_normal, &g.specular_albedo);
   }
   if (!without_depth.empty()) {
-    io::FillDepth(without_depth, &g);
+    FillDepth(without_depth, &g);
   }
-}
-
-/// Adds light that the colour has and the passes lack to the signal that the layout names, and
-/// subtracts light that only the passes have (sky behind a transparent film) from unfiltered light,
-/// so that the frame adds up to the colour.
-void Importer::AddRest() {
-  const Image3 colour = Light(Aov::kColour);
-  if (colour.empty() || layout_.from_colour || layout_.ignores_colour) {
-    return;
-  }
-  const Image3 sum = SumOfLight(frame_);
-  if (frame_.emission.empty()) {
-    frame_.emission = Image3(frame_.width, frame_.height);
-  }
-  const bool filtered = layout_.rest != Aov::kEmission;
-  const SignalKind kind = layout_.rest == Aov::kIndirectTransmission
-                              ? SignalKind::kIndirectTransmission
-                              : SignalKind::kIndirectSpecular;
-  Image3* noisy = filtered ? &SignalOf(kind).radiance : nullptr;
-  Image3 unnamed(filtered && parts_ != nullptr ? frame_.width : 0, frame_.height);
-  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      const float a = colour[c](x, y);
-      const float b = sum[c](x, y);
-      const float rest = Difference(a, b);
-      if (std::fabs(rest) > kRoundingPart * std::max(std::fabs(a), std::fabs(b))) {
-        Image3& target = rest > 0 && noisy != nullptr ? *noisy : frame_.emission;
-        target[c](x, y) += rest;
-        if (!unnamed.empty() && &target == noisy) {
-          unnamed[c](x, y) = rest;
-        }
-      }
-    }
-  });
-  if (!unnamed.empty()) {
-    KeepPart(Aov::kColour, kind, unnamed);
-  }
-}
-
-/// Where nothing transmits, light of volumes must not be divided by the clamped zero.
-void Importer::CompleteTransmissionAlbedo() {
-  Image3& albedo = frame_.guides.transmission_albedo;
-  if (albedo.empty()) {
-    albedo = WhiteAlbedo(frame_.width, frame_.height);
-    return;
-  }
-  if (!layout_.Find(Aov::kDirectVolume) && !layout_.Find(Aov::kIndirectVolume)) {
-    return;
-  }
-  for (size_t i = 0; parts_ != nullptr && i < parts_->size(); ++i) {
-    if ((*parts_)[i].aov == Aov::kDirectTransmission ||
-        (*parts_)[i].aov == Aov::kIndirectTransmission) {
-      (*parts_)[i].stored_albedo = albedo;
-    }
-  }
-  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
-    for (int c = 0; c < 3; ++c) {
-      albedo[c](x, y) = albedo[c](x, y) > 0 ? albedo[c](x, y) : 1.0f;
-    }
-  });
 }
 
 Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
@@ -621,12 +350,12 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     ImportPasses();
     if (MayMixGuides()) {
       const Image1 alpha = Plane1(Aov::kAlpha).value_or(Image1());
-      without_depth = io::FindCoveredWithoutDepth(frame_, alpha);
+      without_depth = FindCoveredWithoutDepth(frame_, alpha);
       // With a transparent film the background is not in the picture; as a layer it is unchanged.
       if (!without_depth.empty() && !volume_.empty() && !frame_.background.empty() &&
-          parts_ == nullptr && !io::IsPartlyTransparent(alpha)) {
-        io::MoveBackground(without_depth, volume_, frame_.guides.normal, &frame_.background,
-                           &SignalOf(SignalKind::kIndirectTransmission).radiance);
+          parts_ == nullptr && !IsPartlyTransparent(alpha)) {
+        MoveBackground(without_depth, volume_, frame_.guides.normal, &frame_.background,
+                       &SignalOf(SignalKind::kIndirectTransmission).radiance);
       }
     }
     AddRest();
@@ -646,10 +375,10 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
   ImportSeenGuides();  // compares guides as stored
   if (layout_.soft_guides && !frame_.guides.motion.empty()) {
-    io::ForgetMixedMotion(&frame_.guides.motion);
+    ForgetMixedMotion(&frame_.guides.motion);
   }
   if (layout_.curved_images) {
-    io::SetCurvedImages(&frame_);
+    SetCurvedImages(&frame_);
   }
   if (MayMixGuides()) {
     LimitHistories();
@@ -683,29 +412,31 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
   Image2 motion =
       ConvertNextMotion(x, y, main_is_next ? layout_.motion : layout_.next_motion, jitter);
   if (layout_.soft_guides) {
-    io::ForgetMixedMotion(&motion);
+    ForgetMixedMotion(&motion);
   }
   return motion;
 }
 
-}  // namespace
-
-io::NoSeenGuides io::CheckSeenLayers(const ExrImage& image, const AovLayout& layout) {
+NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout) {
   return Importer(image, layout, "").CheckSeen();
 }
 
-bool io::HasCurvedImages(const ExrImage& image, const AovLayout& layout) {
-  return Importer(image, layout, "").HasCurvedImages();
+bool HasCurvedImages(const ExrImage& image, const AovLayout& layout) {
+  return Importer(image, layout, "").ShowsCurvedImages();
 }
 
+}  // namespace stillray::io
+
+namespace stillray {
+
 Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const JitterPair& jitter) {
-  return Importer(image, layout, "").NextMotion(jitter);
+  return io::Importer(image, layout, "").NextMotion(jitter);
 }
 
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
                           std::vector<LightPart>* parts) {
-  return Importer(image, layout, name, parts).Import(previous_jitter);
+  return io::Importer(image, layout, name, parts).Import(previous_jitter);
 }
 
 }  // namespace stillray

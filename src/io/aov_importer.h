@@ -1,0 +1,70 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// The conversion of a file's layers to a Frame.
+#pragma once
+
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/seen_guides.h"
+#include "stillray/aov.h"
+
+namespace stillray::io {
+
+/// Converts one file to a frame. Those of its functions that import light are in
+/// aov_import_light.cpp.
+class Importer {
+ public:
+  Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
+           std::vector<LightPart>* parts = nullptr)
+      : image_(image), layout_(layout), name_(name), parts_(parts) {
+    frame_.width = image.width;
+    frame_.height = image.height;
+  }
+
+  Result<Frame> Import(std::array<float, 2> previous_jitter);
+  Image2 NextMotion(const JitterPair& jitter) const;
+  NoSeenGuides CheckSeen();
+  bool ShowsCurvedImages();
+
+ private:
+  Status CheckChannels() const;
+  std::optional<Image1> Plane1(Aov aov) const;
+  Image1 Values(const std::string& channel) const;
+  Image3 Colour(Aov aov) const;
+  bool IsLossyLayer(Aov aov) const;
+  Image3 Light(Aov aov) const;
+  void ImportJitter();
+  void ImportFocalLength();
+  void ImportGuides(std::array<float, 2> previous_jitter);
+  void ImportNormal();
+  void ImportId();
+  void ImportAlbedo();
+  void ImportSeenGuides();
+  VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
+                                const JitterPair& jitter) const;
+  Plane<uint32_t> Ids(const Channel& channel) const;
+  void ImportPasses();
+  void ImportVolume();
+  void ImportColourAlone();
+  void KeepStoredAlbedos();
+  bool MayMixGuides() const;
+  void CompleteGuides(const Plane<uint8_t>& without_depth);
+  void LimitHistories();
+  void AddRest();
+  void CompleteTransmissionAlbedo();
+  Signal& SignalOf(SignalKind kind);
+  void KeepPart(Aov aov, SignalKind kind, const Image3& radiance);
+
+  const ExrImage& image_;
+  const AovLayout& layout_;
+  const std::string& name_;
+  std::vector<LightPart>* parts_;  ///< or nullptr
+  Image3 volume_;                  ///< light of volumes
+  Frame frame_;
+};
+
+}  // namespace stillray::io
