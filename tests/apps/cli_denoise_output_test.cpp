@@ -114,7 +114,7 @@ TEST_F(CliDenoiseOutput, BothSidesAreTheDefaultOfAWholeSequence) {
   EXPECT_EQ(window({"--window", "past"}), "past");
   EXPECT_EQ(window({"--frames", "3"}), "past");
   EXPECT_EQ(window({"--set", "temporal=off"}), "past, said");
-  EXPECT_EQ(window({"--memory-limit", "1.6M"}), "past, said");
+  EXPECT_EQ(window({"--memory-limit", "2.5M"}), "past, said");
   fs::remove(folder_ / "in.0003.exr");
   EXPECT_EQ(window({}), "past, said");
   EXPECT_EQ(window({"--window", "both"}), "both");
