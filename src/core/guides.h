@@ -5,6 +5,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 
 #include "stillray/frame.h"
 #include "stillray/vec.h"
@@ -26,6 +27,11 @@ bool DividesLight(const Frame& frame, const Image3& albedo);
 Image1 FlatDepth(int width, int height);   ///< one plane
 Image3 FlatNormal(int width, int height);  ///< the same everywhere
 Image3 WhiteAlbedo(int width, int height);
+
+/// Whether a pixel of this depth shows a surface. False for NaN.
+inline bool IsSurface(float depth) {
+  return depth > 0 && std::isfinite(depth);
+}
 
 /// Motion that leads out of every picture of this size, so that there is no history.
 inline vec2 UnknownMotion(int width, int height) {

@@ -304,7 +304,7 @@ bool Importer::MayMixGuides() const {
          layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
 }
 
-/// Keeps histories short where neither motion nor guides of the file tell how its light changes.
+/// Keeps histories short where light changes without a trace in the motion and guides of the file.
 /// Smoke shortens the means of normals too: only without it are short ones a sign of hair.
 void Importer::LimitHistories() {
   if (!frame_.confidence.empty() || frame_.samples.empty()) {

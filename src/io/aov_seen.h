@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Whether a file's guides tell what is seen in mirrors: its layers of what is seen, for planar
-/// ones, and the shape of convex ones.
+/// Whether a file has guides of what is seen in mirrors: layers for planar ones, and the shape of
+/// convex ones.
 #pragma once
 
 #include "io/seen_guides.h"

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "core/guides.h"
 #include "core/least_squares.h"
 #include "core/pixels.h"
 
@@ -39,10 +40,6 @@ void ForEachSample(int width, int height, int64_t most, const Visit& visit) {
       visit(x, y);
     }
   }
-}
-
-bool IsSurface(float depth) {
-  return depth > 0 && std::isfinite(depth);
 }
 
 /// Reorders the values. 0 if there are none.

@@ -8,13 +8,15 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/guides.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
 
 namespace stillray::io {
 namespace {
 
-/// Slopes are fitted to 5x5 pixels, this part of the picture's width apart, and at least one.
+/// Slopes are fitted to 5x5 pixels that are a 640th of the picture's width apart, at least one
+/// pixel.
 constexpr int kReach = 2;
 constexpr int kStepsPerWidth = 640;
 /// Least number of them that show the same surface.
@@ -23,7 +25,7 @@ constexpr int kFewest = 12;
 constexpr float kSameCosine = 0.8f;
 constexpr float kSameDepth = 0.1f;
 /// Largest part of the variation of normals that their slopes may leave. Bumps leave more.
-constexpr float kLeastLinear = 0.25f;
+constexpr float kMostUnexplained = 0.25f;
 /// 2 c d between which the guess of the reflected distance begins not to matter.
 constexpr float kUncertain = 2;
 constexpr float kCertain = 4;
@@ -31,10 +33,6 @@ constexpr float kCertain = 4;
 constexpr float kSmooth = 0.1f;
 /// Least part of the picture.
 constexpr float kLeastPart = 0.002f;
-
-bool IsSurface(float depth) {
-  return depth > 0 && std::isfinite(depth);
-}
 
 /// Whether a normal turns between pixels at all: most surfaces are flat, and need no fit. The least
 /// curvature that counts is 1 / distance, and turns it by at least the pixel's angle.
@@ -166,7 +164,7 @@ class Surfaces {
     Slopes turn = Solve(offsets2, by_x, by_y);
     const float variation = s.normal2 - dot(s.normal, s.normal) / s.count;
     const float explained = dot(turn.x, by_x) + dot(turn.y, by_y);
-    if (!(variation - explained <= kLeastLinear * variation)) {
+    if (!(variation - explained <= kMostUnexplained * variation)) {
       return 0;
     }
     turn = {to_camera_ * turn.x, to_camera_ * turn.y};

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How far the light of the last frame holds where files of other renderers cannot tell by motion
-/// and guides. With a confidence c a history has the weight of at most 1 / (1 - c) frames; the more
-/// samples a frame has, the fewer frames it takes until the error of a history is larger than the
-/// noise. Both functions return Frame::confidence.
+/// How far the light of the last frame holds where it changes without a trace in the motion and
+/// guides of other renderers' files. With a confidence c a history has the weight of at most 1 / (1
+/// - c) frames; the more samples a frame has, the fewer frames it takes until the error of a
+/// history is larger than the noise. Both functions return Frame::confidence.
 #pragma once
 
 #include "stillray/image.h"

@@ -20,7 +20,7 @@ constexpr int kIterations = 12;
 constexpr int kCompared = 6;
 /// At most about this many pixels, those with the strongest gradients in parts of rows.
 constexpr int64_t kMostPixels = 1 << 15;
-/// Squared gradient below which a pixel tells nothing, per pixel.
+/// Squared gradient per pixel below which a pixel is not compared.
 constexpr float kLeastGradient2 = 1e-4f;
 constexpr int64_t kFewestPixels = 200;
 /// Squared difference with a quarter of the weight, as a multiple of the median: what moves by
@@ -34,7 +34,7 @@ constexpr double kFarthest = 1.0;
 
 using Unknowns = std::array<double, 11>;
 
-/// A pixel that tells where it is.
+/// A pixel that is compared.
 struct Sample {
   int x;
   int y;
@@ -80,7 +80,7 @@ std::vector<Sample> PickSamples(const GuideLevel& now, const Image1& depth) {
   return samples;
 }
 
-/// Values between pixels, bilinear, and half of their change per pixel.
+/// Values between pixels, bilinear, and their change per pixel.
 struct Warped {
   std::array<float, kCompared> value;
   std::array<float, kCompared> by_x;

@@ -2,8 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/motion_field.h"
 
-#include "core/guides.h"
-
 namespace stillray::motion {
 
 Image2 MotionOf(const io::CameraMotion& camera, const Image1& depth) {

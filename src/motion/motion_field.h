@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/guides.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
 #include "stillray/image.h"
@@ -30,10 +31,6 @@ inline constexpr float kLeastStructure = 0.01f;
 inline constexpr float kLeastAgreement = 0.5f;
 /// Distance of guides, averaged over the surroundings, above which no motion explains them.
 inline constexpr float kUnexplained = 0.25f;
-
-inline bool IsSurface(float depth) {
-  return depth > 0 && std::isfinite(depth);
-}
 
 inline vec2 At(const Image2& motion, int x, int y) {
   return {motion[0](x, y), motion[1](x, y)};

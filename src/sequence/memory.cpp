@@ -14,8 +14,8 @@ namespace stillray {
 namespace {
 
 /// Of frame, histories and work planes, measured and rounded up: 800, and 450 for the layer of
-/// reflections whose image moves otherwise than their surface (io/curved_images.h). Which frames
-/// have one shows too late.
+/// reflections whose image moves otherwise than their surface (io/curved_images.h), which is not
+/// known from the header.
 constexpr int64_t kBytesPerPixel = 1250;
 /// A channel is held once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));

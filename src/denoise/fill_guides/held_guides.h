@@ -12,6 +12,7 @@
 #include <cstdint>
 #include <limits>
 
+#include "core/guides.h"
 #include "denoise/fill_guides/fill_guides_shared.h"
 #include "stillray/frame.h"
 
@@ -86,10 +87,6 @@ struct VisibleLight {
 bool Fits(const HeldGuides& held, const Frame& frame);
 /// Allocates missing planes, all zero, and frees those of light that is black.
 void MakeRoom(const Frame& frame, const VisibleLight& seen, HeldGuides* held);
-
-inline bool IsSurface(float depth) {
-  return std::isfinite(depth) && depth > 0;
-}
 
 /// Whether a component of the motion is not zero; true for NaN.
 inline bool IsMoving(float motion) {
