@@ -251,6 +251,13 @@ TEST(Formulas, ComparisonNoise) {
   EXPECT_EQ(ComparisonNoise(3, 1, 2, 2.5f, 0.19f, 0.5f), 0.25f) << "a short history has no other";
 }
 
+TEST(Formulas, CompressedNoise) {
+  // Samples of variance 0.02 and a history whose squared weights have the sum 0.05.
+  EXPECT_NEAR(CompressedNoise(0.1f, 1, 0.02f, 0.05f), 0.02 * 1.05, 1e-7);
+  EXPECT_NEAR(CompressedNoise(0.1f, 4, 0.02f, 0.05f), 0.02 * 0.3, 1e-7);
+  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f), 0.25 * 0.16, 1e-7) << "of the difference";
+}
+
 TEST(Formulas, ScaledCompressed) {
   for (const float l : {0.0f, 0.1f, 1.0f, 30.0f}) {
     for (const float ratio : {0.5f, 1.0f, 1.7f}) {

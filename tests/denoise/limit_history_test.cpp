@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <vector>
 
@@ -179,20 +180,25 @@ TEST(LimitHistoryStage, PixelsWithoutSamplesKeepTheirHistory) {
   EXPECT_GT(without, kWidth * kHeight / 4);
 }
 
-/// A wall, left of `edge` at depth 4, right of it at depth 8.
-GuidePlanes MakeWalls(int edge) {
+/// Walls that face the camera. \param depth_of  the depth of a column
+GuidePlanes MakeWalls(const std::function<float(int)>& depth_of) {
   Image1 depth(kWidth, kHeight);
   Image3 normal(kWidth, kHeight);
   normal[2].Fill(1);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
-      depth(x, y) = x < edge ? 4.0f : 8.0f;
+      depth(x, y) = depth_of(x);
     }
   }
   GuidePlanes guides(kWidth, kHeight, 16);
   guides.turn2 = Image1(kWidth, kHeight);
   cpu::PrepareGuides({&depth, &normal, nullptr}, &guides);
   return guides;
+}
+
+/// A wall, left of `edge` at depth 4, right of it at depth 8.
+GuidePlanes MakeWalls(int edge) {
+  return MakeWalls([&](int x) { return x < edge ? 4.0f : 8.0f; });
 }
 
 /// A history of twenty samples of MakeNoise(1, 1, ...).
@@ -261,6 +267,41 @@ TEST(LimitHistoryStage, NoiseAloneChangesNothing) {
   }
   EXPECT_LT(sum / (kWidth * kHeight), 0.01);
   EXPECT_LT(bias / (kWidth * kHeight), 1e-3);
+}
+
+TEST(LimitHistoryStage, ABrightSampleOnAThinPartLeavesMoreHistory) {
+  constexpr int kPole = 40;  // two pixels wide
+  const GuidePlanes guides =
+      MakeWalls([&](int x) { return x == kPole || x == kPole + 1 ? 4.0f : 8.0f; });
+  for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
+    const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
+    NewLight light = MakeNoise(1, 1, 0, 0.2f);
+    light.colour[0](kPole, kHeight / 2) = 100;
+    const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                                 {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+    for (int y = 0; y < kHeight; ++y) {
+      // By the moments of the history alone it would be half of this.
+      EXPECT_GT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 0.5) << y;
+    }
+  }
+}
+
+TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
+  constexpr int kPole = 40;
+  const auto on_pole = [](int x) { return x == kPole || x == kPole + 1; };
+  const GuidePlanes guides = MakeWalls([&](int x) { return on_pole(x) ? 4.0f : 8.0f; });
+  const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
+  NewLight light = MakeNoise(1, 1, 0, 0.2f);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = kPole; on_pole(x); ++x) {
+      light.colour[0](x, y) *= 3;
+    }
+  }
+  const Limited all = RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+  for (int y = 0; y < kHeight; ++y) {
+    ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 1) << y;
+  }
 }
 
 TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {

@@ -119,16 +119,21 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     const VF noise = hn::Mul(caution, hn::Max(by_moments, hn::Mul(difference, difference)));
     const VF single = SampleVariance(then, mean, variance, scale);
     const VF positive = hn::Max(l, zero);
+    const VF compressed = hn::Div(positive, hn::Add(positive, scale));
+    const VF change = hn::Sub(compressed, then);
+    const VF compressed_noise =  // CompressedNoise
+        hn::Max(hn::Mul(single, spread),
+                hn::Mul(hn::Mul(hn::Set(d, kShareOfChange), change), change));
     const auto store = [&](PixelRow row, VF value) HWY_ATTR __attribute__((always_inline)) {
       hn::StoreU(hn::IfThenElseZero(both, value), d, scratch.Row(first_row + row) + x);
     };
     store(kPresent, l);
     store(kHistory, mean);
     store(kNoise, noise);
-    store(kCompressedPresent, hn::Div(positive, hn::Add(positive, scale)));
+    store(kCompressedPresent, compressed);
     store(kCompressedHistory, then);
     store(kSingle, single);
-    store(kCompressedNoise, hn::Mul(single, spread));
+    store(kCompressedNoise, compressed_noise);
     store(kBoth, one);
     any = any || !hn::AllFalse(d, both);
   }

@@ -37,10 +37,11 @@ void AddPixel(const NewLight& light, const SignalHistory& before, int x, int y, 
   m->present += w * l;
   m->history += w * mean;
   m->noise += w * w * ComparisonNoise(l, n, length, mean, variance, weights2);
-  m->compressed_present += w * CompressLuminance(l, scale);
+  const float compressed = CompressLuminance(l, scale);
+  m->compressed_present += w * compressed;
   m->compressed_history += w * then;
   m->single += w * single;
-  m->compressed_noise += w * w * single * (1.0f / max(n, 1.0f) + weights2);
+  m->compressed_noise += w * w * CompressedNoise(compressed - then, n, single, weights2);
   m->weight += w;
 }
 

@@ -90,6 +90,15 @@ SHARED_FN float ComparisonNoise(float present, float n, float length, float mean
   return ComparisonCaution(length) * max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
 }
 
+// Expected squared difference d between compressed luminances of present and history, `single` the
+// variance of single samples; at least a share of the difference itself, as in ComparisonNoise.
+// Without it a bright sample on a surface of few pixels, such as the rim of a ball, is a change of
+// the light, loses its history and stays as a speck. With all of it change on thin parts is noise.
+const float kShareOfChange = 0.25f;
+SHARED_FN float CompressedNoise(float d, float n, float single, float weights2) {
+  return max(single * (1.0f / max(n, 1.0f) + weights2), kShareOfChange * d * d);
+}
+
 // How many expected variances of the difference count as noise in the ratio, and its bounds.
 const float kRatioNoise = 1.75f;
 const float kMostRatio = 2.0f;

@@ -42,8 +42,9 @@ void CompareSignal(ivec2 block, int s, vec4 weight) {
     float single = CompressedVariance(then, m.x, variance, scale);
     float noise = ComparisonNoise(light.x, light.w, m.z, m.x, variance, m.w);
     sum += vec4(w * light.x, w * m.x, w * w * noise, w);
-    sum_compressed += vec4(w * (CompressLuminance(light.x, scale) - then), w * then, w * single,
-                           w * w * single * (1.0f / max(light.w, 1.0f) + m.w));
+    float change = CompressLuminance(light.x, scale) - then;
+    sum_compressed += vec4(w * change, w * then, w * single,
+                           w * w * CompressedNoise(change, light.w, single, m.w));
   }
   bool valid = sum.w > kLeastComparedWeight;
   float inverse = valid ? 1.0f / sum.w : 0.0f;
