@@ -21,28 +21,45 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-template <bool kWithConfidence, typename Store>
-HWY_INLINE void JoinInPlace(const Joining& j, int x, int y, const Store& store) {
-  const LightRow light = LightRowOf(j.light, y);
-  if (j.limits.bias != nullptr) {
-    JoinVector<true, kWithConfidence>(j, light, false, x, y, store);
-  } else {
-    JoinVector<false, kWithConfidence>(j, light, false, x, y, store);
+/// Joins the history of the pixels x, x + 1, ... of row y with their new light. Not inline: in both
+/// loops below it would take two minutes to compile.
+/// \param slots  receives a vector for each slot of the history
+template <bool kLimited, bool kWithConfidence>
+HWY_NOINLINE void JoinToSlots(const Joining& j, int x, int y, float* slots) {
+  JoinVector<kLimited, kWithConfidence>(
+      j, LightRowOf(j.light, y), false, x, y,
+      [&](int slot, VF value) HWY_ATTR { hn::StoreU(value, DF(), slots + slot * LaneCount()); });
+}
+
+using JoinFunction = void (*)(const Joining&, int, int, float*);
+
+JoinFunction JoinFunctionOf(const Joining& j) {
+  if (HasConfidence(j)) {
+    return j.limits.bias != nullptr ? JoinToSlots<true, true> : JoinToSlots<false, true>;
+  }
+  return j.limits.bias != nullptr ? JoinToSlots<true, false> : JoinToSlots<false, false>;
+}
+
+/// Stores what JoinToSlots has computed in the planes of the history.
+HWY_INLINE void StoreSlots(const Joining& j, const float* slots, const SlotRows& rows, int x,
+                           int width) {
+  const DF d;
+  for (int slot = 0; slot < kHistorySlots; ++slot) {
+    if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.compressed_scale > 0)) {
+      StoreInRow(d, hn::LoadU(d, slots + slot * LaneCount()), rows.row[slot], x, width);
+    }
   }
 }
 
 /// Computes the vectors that read other pixels, before any of those is overwritten.
-template <bool kWithConfidence>
-void StageRowsOf(const Joining& j, int y0, int y1, StagedHistory* staged) {
-  const DF d;
+void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const int width = j.light.samples.width();
+  const JoinFunction join = JoinFunctionOf(j);
   for (int y = y0; y < y1; ++y) {
     float* to = staged->Row(y, LaneCount());
     for (int x = 0; x < width && j.taps->gathers[static_cast<size_t>(y)] > 0; x += LaneCount()) {
       if (IsGather(j.taps->Pattern(x / LaneCount(), y))) {
-        JoinInPlace<kWithConfidence>(j, x, y, [&](int slot, VF value) HWY_ATTR {
-          hn::StoreU(value, d, to + slot * LaneCount());
-        });
+        join(j, x, y, to);
         to += kHistorySlots * LaneCount();
       }
     }
@@ -70,11 +87,12 @@ HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone
 
 /// Updates the history of the pixels that change, in place.
 /// \param staged  results of StageRows
-template <bool kWithConfidence>
-void ChangeRowsOf(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
-                  SignalHistory* history) {
-  const DF d;
+void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
+                SignalHistory* history) {
+  HWY_ALIGN float joined[kHistorySlots * hn::MaxLanes(DF())];
   const int width = j.light.samples.width();
+  const bool may_stay = !HasConfidence(j);
+  const JoinFunction join = JoinFunctionOf(j);
   for (int y = y0; y < y1; ++y) {
     NextRow<2> next;
     next.Add(j.light.samples, y + 1);
@@ -94,35 +112,17 @@ void ChangeRowsOf(const Joining& j, bool lit_alone, StagedHistory* staged, int y
       if (y + 1 < y1 && !NoSamples(j.light.samples, x, y + 1)) {
         changes.Fetch(x);
       }
-      const auto store = [&](int slot, VF value)
-                             HWY_ATTR { StoreInRow(d, value, rows.row[slot], x, width); };
       const TapPattern pattern = j.taps->Pattern(x / LaneCount(), y);
       if (IsGather(pattern)) {
-        for (int slot = 0; slot < kHistorySlots; ++slot) {
-          if (rows.row[slot] != nullptr && (slot != kCompressedSlot || j.compressed_scale > 0)) {
-            store(slot, hn::LoadU(d, from + slot * LaneCount()));
-          }
-        }
+        StoreSlots(j, from, rows, x, width);
         from += kHistorySlots * LaneCount();
-        continue;
-      }
-      const bool same = !kWithConfidence && NoSamples(j.light.samples, x, y) &&
-                        StaysAsItIs(j, pattern, lit_alone, x, y);
-      if (!same) {
-        JoinInPlace<kWithConfidence>(j, x, y, store);
+      } else if (!(may_stay && NoSamples(j.light.samples, x, y) &&
+                   StaysAsItIs(j, pattern, lit_alone, x, y))) {
+        join(j, x, y, joined);
+        StoreSlots(j, joined, rows, x, width);
       }
     }
   }
-}
-
-void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
-  HasConfidence(j) ? StageRowsOf<true>(j, y0, y1, staged) : StageRowsOf<false>(j, y0, y1, staged);
-}
-
-void ChangeRows(const Joining& j, bool lit_alone, StagedHistory* staged, int y0, int y1,
-                SignalHistory* history) {
-  HasConfidence(j) ? ChangeRowsOf<true>(j, lit_alone, staged, y0, y1, history)
-                   : ChangeRowsOf<false>(j, lit_alone, staged, y0, y1, history);
 }
 
 }  // namespace
