@@ -189,16 +189,16 @@ endfunction()
 set(STILLRAY_DRIVER_ENVIRONMENT "GALLIVM_PERF=nopt" "LP_NATIVE_VECTOR_WIDTH=128")
 
 # stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds] [SHARDS count]
-#                   [UNSANITIZED patterns...] [OPTIMISED])
+#                   [UNSANITIZED patterns...] [COST number] [OPTIMISED])
 # Declares a GoogleTest program. CTest runs it as a whole, or in SHARDS parts of its cases side by side:
 # most cases take less time than the start of a process, or than a device's shaders. With
 # STILLRAY_TEST_CASES it runs each case by itself. An odd number of parts divides cases of two kinds
 # (/Compute and /Hardware, say) evenly. LABELS: "fast" programs also run under the sanitizers,
 # "slow" ones do not. Default: fast. TIMEOUT: of a part, default 900. UNSANITIZED: cases that do not run
 # under the sanitizers, because others run the same code in less time; patterns of --gtest_filter. OPTIMISED:
-# the program's own loops take longer without than it takes to compile them with.
+# the program's own loops take longer without than it takes to compile them with. COST: see stillray_add_runs.
 function(stillray_add_test name)
-  cmake_parse_arguments(ARG "OPTIMISED" "TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "COST;TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS fast)
   endif()
@@ -227,22 +227,26 @@ function(stillray_add_test name)
     math(EXPR ARG_TIMEOUT "4 * ${ARG_TIMEOUT}")
   endif()
   stillray_add_runs(${name} LABELS ${ARG_LABELS} FILTER "${filter}" TIMEOUT ${ARG_TIMEOUT} SHARDS ${ARG_SHARDS}
-    ENVIRONMENT ${STILLRAY_TEST_ENVIRONMENT})
+    COST ${ARG_COST} ENVIRONMENT ${STILLRAY_TEST_ENVIRONMENT})
 endfunction()
 
 # stillray_add_runs(<program> LABELS labels... TIMEOUT seconds [FILTER patterns] [PREFIX text] [SHARDS count]
-#                   [ENVIRONMENT variables...])
+#                   [COST number] [ENVIRONMENT variables...])
 # Declares the tests <PREFIX><program>, or <PREFIX><program>.1 and so on, that run the cases of a GoogleTest
-# program, with the environment of all tests and these variables.
+# program, with the environment of all tests and these variables. Those of the highest COST start first: long
+# ones, so that no processor waits for the last one, and before all others one program with the shaders of
+# the denoiser and one with those of the path tracer. Drivers keep compiled shaders on disk, and what starts at
+# the same time compiles them twice.
 function(stillray_add_runs program)
-  cmake_parse_arguments(ARG "" "TIMEOUT;FILTER;PREFIX;SHARDS" "LABELS;ENVIRONMENT" ${ARGN})
+  cmake_parse_arguments(ARG "" "COST;TIMEOUT;FILTER;PREFIX;SHARDS" "LABELS;ENVIRONMENT" ${ARGN})
   set(environment ${STILLRAY_DRIVER_ENVIRONMENT} ${ARG_ENVIRONMENT})
   if(NOT ARG_FILTER)
     set(ARG_FILTER "*")
   endif()
-  # Long tests start first, so that no processor waits for the last one.
   set(cost 1)
-  if("slow" IN_LIST ARG_LABELS)
+  if(ARG_COST)
+    set(cost ${ARG_COST})
+  elseif("slow" IN_LIST ARG_LABELS)
     set(cost 10)
   endif()
   if(STILLRAY_TEST_CASES)

@@ -79,6 +79,7 @@ TEST_F(DeviceDenoiser, DenoisersOfADeviceShareItsPipelines) {
 
 // As above, without anything that was made before.
 TEST_F(DeviceDenoiser, TwoThreadsMakeTheFirstPipelines) {
+  ASSERT_NO_FATAL_FAILURE(UseNewDevice());
   std::vector<Image3> pictures(2);
   std::vector<std::thread> threads;
   for (Image3& one : pictures) {

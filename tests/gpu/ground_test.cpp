@@ -108,7 +108,7 @@ TEST(Errors, AreSentences) {
   EXPECT_TRUE(gpu::ToStatus(VK_SUCCESS, "x").ok());
 }
 
-using Ground = test::VulkanTest;
+using Ground = test::OwnVulkanTest;
 
 TEST_F(Ground, DevicesHaveNames) {
   const Result<std::vector<DeviceInfo>> devices = instance_->ListDevices();

@@ -86,7 +86,7 @@ TEST(PipelineCache, TheFolderIsThatOfTheUsersCaches) {
   }
 }
 
-class KeptPipelines : public test::VulkanTest {
+class KeptPipelines : public test::OwnVulkanTest {
  protected:
   std::shared_ptr<gpu::Device> Open() {
     return gpu::Device::Create(instance_, device_->info()).value();

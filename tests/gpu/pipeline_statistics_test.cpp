@@ -21,11 +21,11 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class PipelineStatistics : public test::VulkanTest {
+class PipelineStatistics : public test::OwnVulkanTest {
  protected:
   void TearDown() override {
     unsetenv(gpu::kPipelineStatisticsVariable);
-    test::VulkanTest::TearDown();
+    test::OwnVulkanTest::TearDown();
   }
 
   /// What a device that is created with the variable prints when it makes a pipeline.

@@ -27,19 +27,19 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 
-class ShaderFolder : public test::VulkanTest {
+class ShaderFolder : public test::OwnVulkanTest {
  protected:
   void SetUp() override {
     folder_ =
         std::filesystem::temp_directory_path() / ("stillray_shaders_" + std::to_string(::getpid()));
     std::filesystem::create_directory(folder_);
     setenv(gpu::kShaderFolderVariable, folder_.c_str(), 1);
-    test::VulkanTest::SetUp();
+    test::OwnVulkanTest::SetUp();
   }
   void TearDown() override {
     unsetenv(gpu::kShaderFolderVariable);
     std::filesystem::remove_all(folder_);
-    test::VulkanTest::TearDown();
+    test::OwnVulkanTest::TearDown();
   }
 
   static std::span<const uint32_t> Embedded() {

@@ -14,7 +14,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-class SharedMemory : public test::VulkanTest {
+class SharedMemory : public test::OwnVulkanTest {
  protected:
   bool Offered() const { return device_ != nullptr && device_->context().sharing.offered; }
 };

@@ -19,7 +19,7 @@ extern const std::size_t kDoubleValuesWords;
 namespace stillray::shared_pipelines_test {
 namespace {
 
-class SharedPipelines : public test::VulkanTest {
+class SharedPipelines : public test::OwnVulkanTest {
  protected:
   gpu::SharedPipelines& shared() const { return *device_->context().pipelines; }
   /// The test's shader with this layout and this factor in place of 2.

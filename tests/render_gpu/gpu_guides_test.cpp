@@ -122,7 +122,7 @@ class GpuGuidesTest : public TracingWaysTest {
 
 TEST_P(GpuGuidesTest, OfTheBuiltinScenesAreTheCpus) {
   LeaveValidation();
-  for (const std::string& name : BuiltinSceneNames()) {
+  for (const std::string& name : ScenesToCompare()) {
     SCOPED_TRACE(name);
     const Result<Scene> scene = MakeBuiltinScene(name);
     ASSERT_TRUE(scene.ok());

@@ -139,11 +139,7 @@ class GpuRendererTest : public TracingWaysTest {
 
 TEST_P(GpuRendererTest, FramesOfTheBuiltinScenesAreTheCpus) {
   LeaveValidation();
-  // Drivers that emulate ray tracing compile its shaders slowly, for each scene.
-  const bool emulated = GetParam() == TracingWay::kHardware && device_->context().is_software;
-  const std::vector<std::string> names =
-      emulated ? std::vector<std::string>{"cornell", "spheres"} : BuiltinSceneNames();
-  for (const std::string& name : names) {
+  for (const std::string& name : ScenesToCompare()) {
     SCOPED_TRACE(name);
     const Result<Scene> scene = MakeBuiltinScene(name);
     ASSERT_TRUE(scene.ok());

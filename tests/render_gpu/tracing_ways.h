@@ -5,8 +5,12 @@
 /// driver that does as if, those of the second way are skipped.
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "gpu/vulkan_test.h"
 #include "render/vulkan/tracing_way.h"
+#include "stillray/scene.h"
 
 namespace stillray::render {
 
@@ -20,16 +24,20 @@ class TracingWaysTest : public test::VulkanTest, public ::testing::WithParamInte
     }
   }
 
-  // For tests with many dispatches, which take ten times as long under the validation layer.
-  void LeaveValidation() {
-    const Result<std::shared_ptr<gpu::Instance>> instance = gpu::Instance::Create();
-    ASSERT_TRUE(instance.ok());
-    const Result<std::vector<gpu::DeviceInfo>> devices = (*instance)->ListDevices();
-    const Result<gpu::DeviceInfo> chosen = gpu::ChooseDevice(*devices, "vulkan");
-    const Result<std::shared_ptr<gpu::Device>> device = gpu::Device::Create(*instance, *chosen);
-    ASSERT_TRUE(device.ok());
-    device_ = *device;
+  /// All built-in scenes; on software drivers those that differ most in materials, lights and
+  /// media: they compile shaders for each scene, slowly where they emulate ray tracing.
+  std::vector<std::string> ScenesToCompare() const {
+    if (!device_->context().is_software) {
+      return BuiltinSceneNames();
+    }
+    if (GetParam() == TracingWay::kHardware) {
+      return {"cornell", "spheres"};
+    }
+    return {"cornell", "mirrors", "faust", "colonnade"};
   }
+
+  // For tests with many dispatches, which take ten times as long under the validation layer.
+  void LeaveValidation() { ASSERT_NO_FATAL_FAILURE(Use(test::SharedVulkan::Get(false))); }
 };
 
 inline std::string NameOfWay(const ::testing::TestParamInfo<TracingWay>& info) {
