@@ -104,7 +104,15 @@ inline SharedVulkan* const SharedVulkan::environment_ =
 class VulkanTest : public ::testing::Test {
  protected:
   void SetUp() override { Use(SharedVulkan::Get(true)); }
-  void TearDown() override { CloseAndReport(); }
+  void TearDown() override {
+    device_.reset();
+    instance_.reset();
+    if (messages_ != nullptr) {
+      for (const std::string& message : messages_->Take()) {
+        ADD_FAILURE() << message;
+      }
+    }
+  }
 
   void Use(const OpenedVulkan& opened) {
     if (!opened.missing.empty()) {
@@ -123,16 +131,6 @@ class VulkanTest : public ::testing::Test {
     Result<std::shared_ptr<gpu::Device>> made = gpu::Device::Create(instance_, device_->info());
     ASSERT_TRUE(made.ok()) << made.status().message();
     device_ = *made;
-  }
-
-  void CloseAndReport() {
-    device_.reset();
-    instance_.reset();
-    if (messages_ != nullptr) {
-      for (const std::string& message : messages_->Take()) {
-        ADD_FAILURE() << message;
-      }
-    }
   }
 
   bool validates_ = false;  ///< the validation layer is watching
