@@ -180,7 +180,7 @@ TEST_F(EmbeddedLayers, PicturesOfSeveralSamplesAreThoseOfTheHost) {
     const Image3 found = Picture();
     test::ExpectImage({"colour", {found[0], found[1], found[2]}},
                       {"colour", {expected.colour[0], expected.colour[1], expected.colour[2]}},
-                      test::kRescaledMoments, "embedded");
+                      test::RescaledMoments(*device_), "embedded");
     ASSERT_TRUE(embedded->ForgetImages().ok());
   }
 }

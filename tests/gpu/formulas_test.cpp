@@ -19,11 +19,12 @@ TEST(EdgeExponents, AreTheLogarithmsOfTheWeights) {
   for (const float cosine : {1.0f, 0.999f, 0.9f, 0.5f, 0.01f}) {
     for (const float sigma_n : {1.0f, 8.0f, 64.0f}) {
       const double weight = std::pow(static_cast<double>(cosine), static_cast<double>(sigma_n));
-      EXPECT_NEAR(std::exp2(static_cast<double>(NormalExponent2(cosine, sigma_n, false))), weight,
-                  1e-5);
+      EXPECT_NEAR(std::exp2(static_cast<double>(
+                      NormalExponent2(cosine, NormalScale(sigma_n, false), false))),
+                  weight, 1e-5);
       // To second order about 1: 2c - c^2/2 - 3/2.
       const double c = cosine;
-      EXPECT_NEAR(NormalExponent2(cosine, sigma_n, true) * std::log(2.0),
+      EXPECT_NEAR(NormalExponent2(cosine, NormalScale(sigma_n, true), true) * std::log(2.0),
                   sigma_n * (2 * c - c * c / 2 - 1.5), 1e-5 * sigma_n);
     }
   }
@@ -48,8 +49,9 @@ TEST(EdgeExponents, OfDepthAreThoseOfThePapers) {
         const double q = 1.0 / static_cast<double>(iq);
         const double steepness = std::abs(static_cast<double>(change)) * p * p;
         const double gradient = std::abs(p - q) / (2.0 * steepness + 0.01 * p) * log2_e;
-        EXPECT_NEAR(GradientDepthExponent2(ip, iq, change, 1.0f / ip, 2.0f, 0.01f), gradient,
-                    1e-4 * gradient + 2e-5);
+        EXPECT_NEAR(GradientDepthExponent2(ip, iq, change * (2.0f / kExponentsOfE / ip),
+                                           0.01f / kExponentsOfE),
+                    gradient, 1e-4 * gradient + 2e-5);
         const double plane =
             std::abs(static_cast<double>(ip) + static_cast<double>(change) - 1.0 / q) / (0.02 / p) *
             log2_e;

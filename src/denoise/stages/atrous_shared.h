@@ -19,6 +19,11 @@ const int kAtrousGeometry = 1;  // normal and depth
 const int kAtrousSvgf = 2;      // normal, depth and luminance against the local spread
 const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth differences
 
+// What a level writes on the device.
+const int kAtrousLight = 0;  // the light of the next level
+const int kAtrousSums = 1;   // the sums of weights, for an output
+const int kAtrousPilot = 2;  // the pilot estimate: the level's light, mixed with its input
+
 // Kinds of weights that the device knows when a pipeline is made, as bits.
 #define STILLRAY_ATROUS_CURVED 1     // curvature is on
 #define STILLRAY_ATROUS_PLANES 2     // depth_weight_plane

@@ -32,7 +32,7 @@ void main() {
   float confidence = has_history != 0 ? Confidence(p) : 1.0f;
   float least = ConfidentAlpha(accumulate.alpha_min, confidence);
   float least_of_moments = ConfidentAlpha(accumulate.alpha_moments, confidence);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 light = texelFetch(noisy, at, 0);
     vec4 m = has_history != 0 ? texelFetch(moments, at, 0) : vec4(0.0f);

@@ -12,30 +12,34 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/edge_stopping.glsl"
 #include "denoise/vulkan/luminance_factor.glsl"
+#include "denoise/stages/estimate_variance_shared.h"
 
-layout(constant_id = 1) const int kWeights = kAtrousSvgf;
-layout(constant_id = 2) const int kRadius = 2;
-layout(constant_id = 3) const int kSignals = 1;
-layout(constant_id = 5) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
-layout(constant_id = 6) const int kSumsOnly = 0;  // 1: writes the sums of weights, for an output
+layout(constant_id = 2) const int kWeights = kAtrousSvgf;
+layout(constant_id = 3) const int kRadius = 2;
 layout(constant_id = 4) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
+layout(constant_id = 5) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
+layout(constant_id = 6) const int kOutput = kAtrousLight;
 layout(constant_id = 7) const int kEdgeKinds = 0;  // STILLRAY_ATROUS_...: kinds of weights
 #ifdef STILLRAY_TILE
-layout(constant_id = 8) const int kResidues = 1;  // residue classes of a group; divides the step
+layout(constant_id = 8) const int kStep = 1;  // tap_step
 #endif
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray light;
 layout(set = 1, binding = 3) uniform texture2DArray factor_image;
-layout(set = 1, binding = 4) uniform texture2DArray pilot;  // read with kPilot only
-layout(set = 1, binding = 5, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+layout(set = 1, binding = 4) uniform texture2DArray pilot;        // with kAtrousPilot: moments
+layout(set = 1, binding = 5) uniform texture2DArray turn2_image;  // read on curved surfaces only
+layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {
-  int tap_step;
+  int tap_step;  // pixels between taps
   int level;
-  int box;  // 1: all taps have the same weight before the edge-stopping functions
+  int box;            // 1: all taps have the same weight before the edge-stopping functions
+  int pilot_signals;  // with kAtrousPilot: those that get one; others keep their light
 };
+
+const int kSignals = kKnownSignals;
 
 const bool kCurved = (kEdgeKinds & STILLRAY_ATROUS_CURVED) != 0;
 const bool kPlanes = (kEdgeKinds & STILLRAY_ATROUS_PLANES) != 0;
@@ -54,9 +58,14 @@ EdgeStopping LevelEdges() {
   return atrous.edges;
 }
 
+ivec2 LevelSize() {
+  return kCompared != 0 ? (Size() + 1) / 2 : Size();
+}
 bool InLevel(ivec2 p) {
-  ivec2 size = kCompared != 0 ? (Size() + 1) / 2 : Size();
-  return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, size));
+  return all(greaterThanEqual(p, ivec2(0))) && all(lessThan(p, LevelSize()));
+}
+ivec2 ClampToLevel(ivec2 p) {
+  return clamp(p, ivec2(0), LevelSize() - 1);
 }
 
 float KernelWeight(int d) {
@@ -71,27 +80,36 @@ float EawSigma(int s) {
   return atrous.eaw_sigma_l * mean_luminance[s] * exposure[s] * exp2(-float(level));
 }
 
+// The pilot estimate: the mean of a pixel's neighbourhood, mixed with its own light for longer
+// histories (stages/mix_pilot.h).
+vec4 MixPilot(ivec2 p, int s, vec4 own, vec3 mean, float variance) {
+  float share = (pilot_signals >> s & 1) != 0 ? PilotShare(texelFetch(pilot, ivec3(p, s), 0).z,
+                                                           estimate_variance.short_history_length)
+                                              : 0.0f;
+  float mixed = PilotVariance(VarianceOf(own.w), variance, share);
+  return vec4(own.xyz + share * (mean - own.xyz), PackDeviation(mixed, IsValid(own.w)));
+}
+
 void PassThrough(ivec2 p) {
   for (int s = 0; s < kSignals; ++s) {
-    if (kSumsOnly != 0) {
-      imageStore(light_out, ivec3(p, s), vec4(0.0f));
-      continue;
+    vec4 own = texelFetch(light, ivec3(p, s), 0);
+    vec4 result = own;
+    if (kOutput == kAtrousSums) {
+      result = vec4(0.0f);
+    } else if (kOutput == kAtrousPilot) {
+      result = MixPilot(p, s, own, own.xyz, VarianceOf(own.w));
     }
-    imageStore(light_out, ivec3(p, s), texelFetch(light, ivec3(p, s), 0));
+    imageStore(light_out, ivec3(p, s), result);
   }
 }
 
-// What a tap contributes, beside its surface.
+// The light of a tap.
 struct Tap {
-  vec4 light;
+  vec4 light;       // negative deviation: none, or no surface
   float luminance;  // that is compared
   float factor;     // see LuminanceFactor
 };
-// SharedLuminanceFactor lowers a pixel's own factor to this at least: the same for all taps.
-float LeastFactor(Tap own) {
-  return own.factor / atrous.noise_ratio;
-}
-// Outside the picture: no light.
+// Outside the picture, or where there is no surface: no light.
 const Tap kNoTap = Tap(vec4(0.0f, 0.0f, 0.0f, -1.0f), 0.0f, 0.0f);
 
 Tap FetchTap(ivec2 q, int s) {
@@ -108,12 +126,18 @@ uint FetchId(ivec2 q) {
   return UnpackDetail(texelFetch(detail_image, q, 0), 1.0f).id;
 }
 
+// Weights without edge-stopping functions compare no surfaces.
+bool Counts(float inverse_depth) {
+  return kWeights == kAtrousNaive || inverse_depth > 0.0f;
+}
+
 // Taps are addressed by `d`, in steps from the pixel p.
 #ifdef STILLRAY_TILE
+const int kResidues = kStep % 2 == 0 ? 2 : 1;  // residue classes of a group
 const int kTileWidth = (LOCAL_SIZE_X / kResidues + 2 * kRadius) * kResidues;
 const int kTileHeight = LOCAL_SIZE_Y + 2 * kRadius;
 const int kTexels = kTileWidth * kTileHeight;
-shared vec4 tile_surface[kTexels];  // normal, inverse depth; 0: no surface, or outside
+shared vec4 tile_surface[kTexels];  // normal, inverse depth
 shared uint tile_id[kTexels];
 #ifdef STILLRAY_HALF
 shared uvec2 tile_light[kTexels * kSignals];  // halves: less shared memory, more groups at a time
@@ -125,15 +149,16 @@ shared float tile_pilot[kPilot != 0 ? kTexels * kSignals : 1];
 
 // The first pixel of the group: that of its first residue class.
 ivec2 First() {
-  ivec2 classes = ivec2(tap_step / kResidues, tap_step);
-  ivec2 group = ivec2(gl_WorkGroupID.xy);
-  ivec2 place = group / classes * ivec2(LOCAL_SIZE_X / kResidues, LOCAL_SIZE_Y);
-  return place * tap_step + group % classes * ivec2(kResidues, 1);
+  uvec2 classes = uvec2(kStep / kResidues, kStep);
+  uvec2 place = gl_WorkGroupID.xy / classes;
+  ivec2 residue = ivec2(gl_WorkGroupID.xy - place * classes);
+  return ivec2(place) * ivec2(LOCAL_SIZE_X / kResidues, LOCAL_SIZE_Y) * kStep +
+         residue * ivec2(kResidues, 1);
 }
 // The pixel at a column and a row of the tile without its border. Columns go through the classes.
 ivec2 PixelAt(ivec2 first, int column, int row) {
   int place = (column + kRadius * kResidues) / kResidues - kRadius;
-  return first + ivec2(place * tap_step + column - place * kResidues, row * tap_step);
+  return first + ivec2(place * kStep + column - place * kResidues, row * kStep);
 }
 ivec2 OwnPixel() {
   ivec2 at = ivec2(gl_LocalInvocationID.xy);
@@ -144,44 +169,70 @@ int TexelOf(ivec2 d) {
   return (at.y + kRadius + d.y) * kTileWidth + at.x + (kRadius + d.x) * kResidues;
 }
 
-void LoadTexel(ivec2 first, int texel) {
+const int kInvocations = LOCAL_SIZE_X * LOCAL_SIZE_Y;
+const int kLoads = (kTexels + kInvocations - 1) / kInvocations;  // texels of an invocation
+
+// The texel of the tile that the invocation loads as its i-th.
+int LoadedTexel(int i) {
+  return i * kInvocations + int(gl_LocalInvocationIndex);
+}
+ivec2 PixelOfTexel(ivec2 first, int texel) {
   int row = texel / kTileWidth;
-  ivec2 q = PixelAt(first, texel - row * kTileWidth - kRadius * kResidues, row - kRadius);
-  bool inside = InLevel(q);
-  Surface surface = Surface(0.0f, vec3(0.0f));
-  if (inside) {
-    surface = UnpackSurface(texelFetch(surface_image, q, 0));
-    tile_id[texel] = kComparesIds ? FetchId(q) : 0u;
-  }
-  tile_surface[texel] = vec4(surface.normal, surface.inverse_depth);
-  [[unroll]] for (int s = 0; s < kSignals; ++s) {
-    int at = s * kTexels + texel;
-    Tap tap = kNoTap;
-    if (inside) {
-      tap = FetchTap(q, s);
-    }
+  return PixelAt(first, texel - row * kTileWidth - kRadius * kResidues, row - kRadius);
+}
+
+void StoreTap(int at, Tap tap) {
 #ifdef STILLRAY_HALF
-    tile_light[at] = uvec2(packHalf2x16(tap.light.xy), packHalf2x16(tap.light.zw));
+  tile_light[at] = uvec2(packHalf2x16(tap.light.xy), packHalf2x16(tap.light.zw));
 #else
-    tile_light[at] = tap.light;
+  tile_light[at] = tap.light;
 #endif
-    if (kWeights == kAtrousSvgf) {
-      tile_factor[at] = tap.factor;
-    }
-    if (kPilot != 0) {
-      tile_pilot[at] = tap.luminance;
-    }
+  if (kWeights == kAtrousSvgf) {
+    tile_factor[at] = tap.factor;
+  }
+  if (kPilot != 0) {
+    tile_pilot[at] = tap.luminance;
   }
 }
+
+// All fetches come before their first use, without branches, so that their latencies overlap.
 void LoadTile() {
   ivec2 first = First();
-  for (int texel = int(gl_LocalInvocationIndex); texel < kTexels;
-       texel += LOCAL_SIZE_X * LOCAL_SIZE_Y) {
-    LoadTexel(first, texel);
+  uvec4 surfaces[kLoads];
+  uint ids[kLoads];
+  Tap taps[kLoads * kSignals];
+  [[unroll]] for (int i = 0; i < kLoads; ++i) {
+    ivec2 q = ClampToLevel(PixelOfTexel(first, LoadedTexel(i)));
+    surfaces[i] = texelFetch(surface_image, q, 0);
+    ids[i] = kComparesIds ? FetchId(q) : 0u;
+    [[unroll]] for (int s = 0; s < kSignals; ++s) {
+      taps[i * kSignals + s] = FetchTap(q, s);
+    }
+  }
+  [[unroll]] for (int i = 0; i < kLoads; ++i) {
+    int texel = LoadedTexel(i);
+    if (texel < kTexels) {
+      bool inside = InLevel(PixelOfTexel(first, texel));
+      float inverse_depth = uintBitsToFloat(surfaces[i].x);
+      bool counts = inside && Counts(inverse_depth);
+      tile_surface[texel] = vec4(UnpackNormal(surfaces[i]), inverse_depth);
+      if (kComparesIds) {
+        tile_id[texel] = ids[i];
+      }
+      [[unroll]] for (int s = 0; s < kSignals; ++s) {
+        Tap tap = taps[i * kSignals + s];
+        tap.light.w = counts ? tap.light.w : -1.0f;
+        StoreTap(s * kTexels + texel, tap);
+      }
+    }
   }
   barrier();
 }
 
+// The light of the tile is invalid where there is no surface.
+bool CountsAt(Surface surface) {
+  return true;
+}
 Surface SurfaceAt(ivec2 p, ivec2 d) {
   vec4 texel = tile_surface[TexelOf(d)];
   return Surface(texel.w, texel.xyz);
@@ -205,6 +256,9 @@ ivec2 OwnPixel() {
   return ivec2(gl_GlobalInvocationID.xy);
 }
 void LoadTile() {}
+bool CountsAt(Surface surface) {
+  return Counts(surface.inverse_depth);
+}
 Surface SurfaceAt(ivec2 p, ivec2 d) {
   ivec2 q = p + d * tap_step;
   return InLevel(q) ? UnpackSurface(texelFetch(surface_image, q, 0)) : Surface(0.0f, vec3(0.0f));
@@ -215,19 +269,75 @@ uint IdAt(ivec2 p, ivec2 d) {
 }
 Tap TapAt(ivec2 p, ivec2 d, int s) {
   ivec2 q = p + d * tap_step;
-  Tap tap = kNoTap;
-  if (InLevel(q)) {
-    tap = FetchTap(q, s);
-  }
-  return tap;
+  return InLevel(q) ? FetchTap(q, s) : kNoTap;
 }
 #endif
 
+// The pixel that the invocation filters.
+struct Pixel {
+  bool has_surface;  // else its value stays
+  TapGeometry geometry;
+  uint id;
+};
+
+Pixel LoadPixel(EdgeStopping edges, ivec2 p) {
+  Pixel pixel;
+  Surface surface = SurfaceAt(p, ivec2(0));
+  Detail detail = Detail(vec2(0.0f), 0u);
+  float sigma_n = edges.sigma_n;
+  pixel.has_surface = surface.inverse_depth > 0.0f;
+  if (pixel.has_surface) {
+    detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
+    if (kCurved && (kWeights == kAtrousGeometry || kWeights == kAtrousSvgf)) {
+      float turn2 = texelFetch(turn2_image, ivec3(p, 0), 0).x;
+      sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
+    }
+  }
+  pixel.geometry =
+      GeometryOf(edges, kCurved, kPlanes, kPositions, p, surface, detail, sigma_n, float(tap_step));
+  pixel.id = detail.id;
+  return pixel;
+}
+
+// What the luminance weights of a pixel's taps share, for one signal.
+struct Luminance {
+  float own;           // the pixel's
+  float factor;        // see LuminanceFactor; 0: no luminance weight
+  float least_factor;  // see LoweredLuminanceFactor
+};
+
+Luminance LuminanceOf(Tap own, int s) {
+  // A pilot has no value at pixels without light.
+  bool compares = IsValid(own.light.w) || !HasPilot(s);
+  return Luminance(own.luminance, compares ? own.factor : 0.0f, own.factor / atrous.noise_ratio);
+}
+
+// The exponent of 2 of the weights that all signals share, of a tap at an offset in steps.
+float SharedExponent2(EdgeStopping edges, TapGeometry own, Surface other, vec2 offset) {
+  if (kWeights == kAtrousNaive) {
+    return 0.0f;
+  }
+  if (kWeights == kAtrousEaw) {
+    vec3 dn = own.normal - other.normal;
+    float distance = 0.0f;  // from the plane, relative to depth
+    float exponent2 = 0.0f;
+    if (kPositions) {
+      exponent2 = -DepthExponent2(edges, kPlanes, true, own, other.inverse_depth, offset);
+    } else {
+      distance =
+          PlaneDepthExponent2(ExpectedAt(own, offset), other.inverse_depth, own.per_inverse_depth);
+    }
+    return exponent2 - kExponentsOfE * EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f,
+                                                   atrous.eaw_sigma_n, atrous.eaw_sigma_z);
+  }
+  return GeometryExponent2(edges, kCurved, kPlanes, kPositions, own, other.normal,
+                           other.inverse_depth, offset);
+}
+
 // The exponent of 2 of the luminance weight of q for signal s.
-float LuminanceExponent2(Tap own, float least_factor, Tap q, int s) {
+float LuminanceExponent2(Tap own, Luminance l, Tap q, int s) {
   if (kWeights == kAtrousSvgf) {
-    float dl = IsValid(own.light.w) || !HasPilot(s) ? abs(own.luminance - q.luminance) : 0.0f;
-    return -dl * LoweredLuminanceFactor(own.factor, q.factor, least_factor);
+    return -abs(l.own - q.luminance) * LoweredLuminanceFactor(l.factor, q.factor, l.least_factor);
   }
   if (kWeights == kAtrousEaw) {
     float dl = IsValid(own.light.w) ? abs(own.light.x - q.light.x) : 0.0f;
@@ -236,92 +346,50 @@ float LuminanceExponent2(Tap own, float least_factor, Tap q, int s) {
   return 0.0f;
 }
 
-// The pixel that the invocation filters.
-struct Centre {
-  ivec2 p;
-  bool has_surface;  // else its value stays
-  TapGeometry geometry;
-  uint id;
-};
-
-Centre CentreOf(EdgeStopping edges, ivec2 p) {
-  Centre centre;
-  centre.p = p;
-  Surface surface = SurfaceAt(p, ivec2(0));
-  Detail detail = Detail(vec2(0.0f), 0u);
-  float sigma_n = edges.sigma_n;
-  centre.has_surface = InLevel(p) && surface.inverse_depth > 0.0f;
-  if (centre.has_surface) {
-    detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
-    if (kCurved && (kWeights == kAtrousGeometry || kWeights == kAtrousSvgf)) {
-      float turn2 = Turn2At(edges, surface_image, surface.normal, p);
-      sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
-    }
-  }
-  centre.geometry =
-      GeometryOf(edges, kPlanes, kPositions, p, surface, detail, sigma_n, float(tap_step));
-  centre.id = detail.id;
-  return centre;
-}
-
-// The exponent of 2 of the weights that all signals share, of a tap at an offset in steps.
-float SharedExponent2(EdgeStopping edges, Centre centre, Surface other, vec2 offset) {
-  if (kWeights == kAtrousEaw && kPositions) {
-    vec3 dn = centre.geometry.normal - other.normal;
-    return -kExponentsOfE * EawExponent(0.0f, dot(dn, dn), 0.0f, 1.0f, atrous.eaw_sigma_n, 1.0f) -
-           DepthExponent2(edges, kPlanes, kPositions, centre.geometry, other.inverse_depth, offset);
-  }
-  if (kWeights == kAtrousEaw) {
-    float expected = centre.geometry.inverse_depth + dot(centre.geometry.gradient, offset);
-    float distance =
-        PlaneDepthExponent2(expected, other.inverse_depth, centre.geometry.per_inverse_depth);
-    vec3 dn = centre.geometry.normal - other.normal;
-    return -kExponentsOfE * EawExponent(0.0f, dot(dn, dn), distance * distance, 1.0f,
-                                        atrous.eaw_sigma_n, atrous.eaw_sigma_z);
-  }
-  return GeometryExponent2(edges, kCurved, kPlanes, kPositions, centre.geometry, other.normal,
-                           other.inverse_depth, offset);
-}
-
-void Store(Centre centre, Tap own, vec4 sum, float sum_weight, int s) {
-  if (kSumsOnly != 0) {
-    imageStore(light_out, ivec3(centre.p, s), vec4(sum_weight));
+void Store(ivec2 p, int s, vec4 own, vec4 sum, float sum_weight) {
+  if (kOutput == kAtrousSums) {
+    imageStore(light_out, ivec3(p, s), vec4(sum_weight));
     return;
   }
   // Smaller sums have lost their precision: no neighbour is similar to this pixel.
   bool filled = sum_weight > kMinAtrousWeight;
   float inverse = filled ? 1.0f / sum_weight : 0.0f;
-  vec3 c = filled ? sum.xyz * inverse : own.light.xyz;
-  float variance = filled ? sum.w * inverse * inverse : VarianceOf(own.light.w);
-  bool valid = IsValid(own.light.w) || (atrous.grows != 0 && kWeights != kAtrousGeometry && filled);
-  imageStore(light_out, ivec3(centre.p, s), Stored(vec4(c, PackDeviation(variance, valid))));
+  vec3 c = filled ? sum.xyz * inverse : own.xyz;
+  float variance = filled ? sum.w * inverse * inverse : VarianceOf(own.w);
+  if (kOutput == kAtrousPilot) {
+    imageStore(light_out, ivec3(p, s), Stored(MixPilot(p, s, own, c, variance)));
+    return;
+  }
+  bool valid = IsValid(own.w) || (atrous.grows != 0 && kWeights != kAtrousGeometry && filled);
+  imageStore(light_out, ivec3(p, s), Stored(vec4(c, PackDeviation(variance, valid))));
 }
 
 void main() {
   LoadTile();
   ivec2 p = OwnPixel();
+  if (!InLevel(p)) {
+    return;
+  }
   EdgeStopping edges = LevelEdges();
-  Centre centre = CentreOf(edges, p);
+  Pixel pixel = LoadPixel(edges, p);
   Tap own[kSignals];
+  Luminance luminance[kSignals];
   vec4 sum[kSignals];  // light, variance
   float sum_weight[kSignals];
-  float least_factor[kSignals];
   bool any = kWeights != kAtrousGeometry;  // else the value is not used
   [[unroll]] for (int s = 0; s < kSignals; ++s) {
     own[s] = TapAt(p, ivec2(0), s);
-    least_factor[s] = LeastFactor(own[s]);
+    luminance[s] = LuminanceOf(own[s], s);
     any = any || IsValid(own[s].light.w);
     sum[s] = vec4(0.0f);
     sum_weight[s] = 0.0f;
   }
-  if (!InLevel(p)) {
-    return;
-  }
-  if (!centre.has_surface || !any) {
+  if (!pixel.has_surface || !any) {
     PassThrough(p);
     return;
   }
-  // Rows in a loop, since all taps at once would not fit into caches of instructions.
+  // Rows in a loop: all taps at once take twice the registers, and do not fit into caches of
+  // instructions.
   [[dont_unroll]] for (int y = -kRadius; y <= kRadius; ++y) {
     float row_weight = KernelWeight(y);
     [[unroll]] for (int x = -kRadius; x <= kRadius; ++x) {
@@ -332,13 +400,13 @@ void main() {
       if (kWeights != kAtrousNaive) {
         Surface other = SurfaceAt(p, d);
         bool is_centre = x == 0 && y == 0;
-        counts = other.inverse_depth > 0.0f && (!kComparesIds || IdAt(p, d) == centre.id);
-        exponent2 = is_centre ? 0.0f : SharedExponent2(edges, centre, other, vec2(d));
+        counts = CountsAt(other) && (!kComparesIds || IdAt(p, d) == pixel.id);
+        exponent2 = is_centre ? 0.0f : SharedExponent2(edges, pixel.geometry, other, vec2(d));
       }
       [[unroll]] for (int s = 0; s < kSignals; ++s) {
         Tap q = TapAt(p, d, s);
         // One exponential for all weights of a tap.
-        float w = h * exp2(exponent2 + LuminanceExponent2(own[s], least_factor[s], q, s));
+        float w = h * exp2(exponent2 + LuminanceExponent2(own[s], luminance[s], q, s));
         w = counts && IsValid(q.light.w) ? w : 0.0f;
         float deviation = w * q.light.w;
         sum[s] += vec4(w * q.light.xyz, deviation * deviation);
@@ -347,6 +415,6 @@ void main() {
     }
   }
   [[unroll]] for (int s = 0; s < kSignals; ++s) {
-    Store(centre, own[s], sum[s], sum_weight[s], s);
+    Store(p, s, own[s].light, sum[s], sum_weight[s]);
   }
 }

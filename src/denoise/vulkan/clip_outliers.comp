@@ -43,7 +43,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     imageStore(light_out, ivec3(p, s), Stored(Clipped(p, s)));
   }
 }

@@ -40,6 +40,9 @@ layout(constant_id = 0) const bool kOctahedralNormals = true;
 layout(constant_id = 0) const bool kOctahedralNormals = false;
 #endif
 
+// The number of signals; 0: not known when the pipeline is made.
+layout(constant_id = 1) const int kKnownSignals = 1;
+
 #ifndef LOCAL_SIZE_X
 #define LOCAL_SIZE_X 16
 #define LOCAL_SIZE_Y 8
@@ -84,6 +87,9 @@ layout(set = 0, binding = 30, std430) buffer Partials {
   vec4 partials[];  // two of each workgroup
 };
 
+int SignalCount() {
+  return kKnownSignals != 0 ? kKnownSignals : signals;
+}
 ivec2 Size() {
   return ivec2(width, height);
 }
@@ -125,15 +131,16 @@ struct Detail {
   uint id;
 };
 
+// Of a surface; elsewhere any finite vector.
+vec3 UnpackNormal(uvec4 packed_surface) {
+  return kOctahedralNormals ? OctahedralDecode(unpackSnorm2x16(packed_surface.y))
+                            : uintBitsToFloat(packed_surface.yzw);
+}
 Surface UnpackSurface(uvec4 packed_surface) {
   Surface s;
   s.inverse_depth = uintBitsToFloat(packed_surface.x);
-  if (kOctahedralNormals) {
-    s.normal =
-        s.inverse_depth > 0.0f ? OctahedralDecode(unpackSnorm2x16(packed_surface.y)) : vec3(0.0f);
-  } else {
-    s.normal = uintBitsToFloat(packed_surface.yzw);
-  }
+  vec3 normal = UnpackNormal(packed_surface);  // without a branch
+  s.normal = s.inverse_depth > 0.0f ? normal : vec3(0.0f);
   return s;
 }
 uvec4 PackSurface(Surface s) {

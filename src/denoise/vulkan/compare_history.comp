@@ -63,7 +63,7 @@ void main() {
     return;
   }
   Block found = FindBlock(block);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     CompareSignal(block, s, found.weight);
   }
   StoreBlock(block, found);

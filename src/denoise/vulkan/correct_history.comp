@@ -17,7 +17,7 @@ void main() {
   if (any(greaterThanEqual(block, CoarseSize()))) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(block, s);
     vec4 light = texelFetch(averaged, at, 0);
     vec4 c = texelFetch(compressed, at, 0);

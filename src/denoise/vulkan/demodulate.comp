@@ -15,7 +15,7 @@ void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   bool inside = Inside(p);
   vec4 luminance = vec4(0.0f);
-  for (int s = 0; inside && s < signals; ++s) {
+  for (int s = 0; inside && s < SignalCount(); ++s) {
     NewLight light = LoadNewLight(s, p, negative_limit);
     vec3 colour = ClampLight(light.colour * exposure[s]);
     luminance += AtComponent(s, colour.x);

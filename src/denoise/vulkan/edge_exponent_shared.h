@@ -18,11 +18,16 @@ SHARED_BEGIN
 
 const float kExponentsOfE = 1.44269504f;  // log2(e)
 
-// The binary logarithm of NormalWeightAt, where `sigma_n` is that of the pixel: CurvedSigmaN, or
-// the setting if curvature is off. Cosines up to zero count as a tiny one: the weight is then 0 for
-// every sigma_n above 1.5, and below that too small to count.
-SHARED_FN float NormalExponent2(float cosine, float sigma_n, bool curved) {
-  return sigma_n * (curved ? LogCosine(cosine) * kExponentsOfE : log2(max(cosine, 1e-30f)));
+// `sigma_n` is that of the pixel: CurvedSigmaN, or the setting if curvature is off.
+SHARED_FN float NormalScale(float sigma_n, bool curved) {
+  return curved ? sigma_n * kExponentsOfE : sigma_n;
+}
+
+// The binary logarithm of NormalWeightAt, where `scale` is the pixel's NormalScale. Cosines up to
+// zero count as a tiny one: the weight is then 0 for every sigma_n above 1.5, and below that too
+// small to count.
+SHARED_FN float NormalExponent2(float cosine, float scale, bool curved) {
+  return scale * (curved ? LogCosine(cosine) : log2(max(cosine, 1e-30f)));
 }
 
 // The depth exponents of one pixel's taps, negated, without divisions of what all of them share.
@@ -34,10 +39,10 @@ SHARED_FN float PlaneDepthExponent2(float expected, float iq, float scale) {
   return abs(expected - iq) * scale;
 }
 
-// GradientDepthExponent times log2(e), without max_slope. `change`: g . offset
-SHARED_FN float GradientDepthExponent2(float ip, float iq, float change, float per_ip,
-                                       float sigma_z, float depth_epsilon) {
-  return kExponentsOfE * abs(iq - ip) / (iq * (sigma_z * abs(change * per_ip) + depth_epsilon));
+// GradientDepthExponent times log2(e), without max_slope. change, epsilon: sigma_z (g . offset) /
+// ip and depth_epsilon, both over log2(e)
+SHARED_FN float GradientDepthExponent2(float ip, float iq, float change, float epsilon) {
+  return abs(iq - ip) / (iq * (abs(change) + epsilon));
 }
 
 SHARED_END

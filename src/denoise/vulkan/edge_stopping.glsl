@@ -3,30 +3,19 @@
 #include "denoise/stages/edge_stopping_shared.h"
 #include "denoise/vulkan/edge_exponent_shared.h"
 
-#include "denoise/stages/prepare_guides_shared.h"
-
-float CosineTo(utexture2D surfaces, vec3 normal, ivec2 q) {
-  return Inside(q) ? dot(normal, UnpackSurface(texelFetch(surfaces, q, 0)).normal) : 0.0f;
-}
-
-// SquaredTurn at p; 0 where the weights do not depend on it. Computed wherever it is used: the
-// packed guides have no space left, and a level reads many more taps than these four.
-float Turn2At(EdgeStopping edges, utexture2D surfaces, vec3 normal, ivec2 p) {
-  return edges.curvature > 0.0f ? SquaredTurn(CosineTo(surfaces, normal, p - ivec2(1, 0)),
-                                              CosineTo(surfaces, normal, p + ivec2(1, 0)),
-                                              CosineTo(surfaces, normal, p - ivec2(0, 1)),
-                                              CosineTo(surfaces, normal, p + ivec2(0, 1)))
-                                : 0.0f;
-}
+// So large an epsilon that the depth weight is 1.
+const float kWeightIsOff = 1e30f;
 
 // What the depth and normal weights of one pixel's taps share.
 struct TapGeometry {
   vec3 normal;
   float inverse_depth;
   float per_inverse_depth;
-  vec2 gradient;  // of the inverse depth, over the distance of taps
-  float sigma_n;
-  float depth_scale;    // of the depth exponent
+  vec2 gradient;        // of the inverse depth, over the distance of taps
+  float normal_scale;   // of the normal exponent: see NormalExponent2
+  float plane_scale;    // see PlaneDepthExponent2
+  vec2 slope;           // see GradientDepthExponent2: its change is slope . offset
+  float slope_epsilon;  // and its epsilon
   vec2 ray;             // RayAt, for distances of positions
   float ray_of_offset;  // change of the ray over the distance of taps
 };
@@ -42,22 +31,29 @@ bool WeighsPositions(EdgeStopping edges) {
   return edges.depth_weight_position != 0;
 }
 
-// p: the pixel; sigma_n: see NormalExponent2; distance: of taps, in pixels
-TapGeometry GeometryOf(EdgeStopping edges, bool planes, bool positions, ivec2 p, Surface s,
-                       Detail d, float sigma_n, float distance) {
+// p: the pixel; sigma_n: its exponent, CurvedSigmaN or the setting; distance: of taps, in pixels
+TapGeometry GeometryOf(EdgeStopping edges, bool curved, bool planes, bool positions, ivec2 p,
+                       Surface s, Detail d, float sigma_n, float distance) {
   TapGeometry g;
   g.normal = s.normal;
   g.inverse_depth = s.inverse_depth;
   g.per_inverse_depth = 1.0f / s.inverse_depth;
   g.gradient = d.gradient * distance;
-  g.sigma_n = sigma_n;
+  g.normal_scale = NormalScale(sigma_n, curved);
   float steep = max(abs(d.gradient.x), abs(d.gradient.y)) * g.per_inverse_depth;
   bool off = edges.max_slope > 0.0f && steep > edges.max_slope;
-  g.depth_scale =
-      planes ? kExponentsOfE / edges.plane_tolerance * g.per_inverse_depth : (off ? 0.0f : 1.0f);
+  g.plane_scale = kExponentsOfE / edges.plane_tolerance * g.per_inverse_depth;
+  g.slope = g.gradient * (edges.sigma_z / kExponentsOfE * g.per_inverse_depth);
+  g.slope_epsilon = off ? kWeightIsOff : edges.depth_epsilon / kExponentsOfE;
   g.ray = positions ? RayAt(edges, vec2(p)) : vec2(0.0f);
   g.ray_of_offset = positions ? distance / edges.focal_pixels : 0.0f;
   return g;
+}
+
+// The inverse depth of the pixel's plane at an offset in distances of taps. The sum of a row's taps
+// comes first: they share it.
+float ExpectedAt(TapGeometry g, vec2 offset) {
+  return (g.inverse_depth + g.gradient.y * offset.y) + g.gradient.x * offset.x;
 }
 
 // The exponent of 2 of the depth weight of another surface, negated. offset: in distances of taps
@@ -67,16 +63,16 @@ float DepthExponent2(EdgeStopping edges, bool planes, bool positions, TapGeometr
     return kExponentsOfE * PositionExponent(g.inverse_depth, inverse_depth, g.ray,
                                             g.ray_of_offset * offset, edges.position_sigma);
   }
-  float change = g.gradient.x * offset.x + g.gradient.y * offset.y;
-  return planes ? PlaneDepthExponent2(g.inverse_depth + change, inverse_depth, g.depth_scale)
-                : g.depth_scale * GradientDepthExponent2(g.inverse_depth, inverse_depth, change,
-                                                         g.per_inverse_depth, edges.sigma_z,
-                                                         edges.depth_epsilon);
+  if (planes) {
+    return PlaneDepthExponent2(ExpectedAt(g, offset), inverse_depth, g.plane_scale);
+  }
+  float change = g.slope.y * offset.y + g.slope.x * offset.x;
+  return GradientDepthExponent2(g.inverse_depth, inverse_depth, change, g.slope_epsilon);
 }
 
 // The exponent of 2 of the depth and normal weight of another surface.
 float GeometryExponent2(EdgeStopping edges, bool curved, bool planes, bool positions, TapGeometry g,
                         vec3 normal, float inverse_depth, vec2 offset) {
-  return NormalExponent2(dot(g.normal, normal), g.sigma_n, curved) -
+  return NormalExponent2(dot(g.normal, normal), g.normal_scale, curved) -
          DepthExponent2(edges, planes, positions, g, inverse_depth, offset);
 }

@@ -15,7 +15,8 @@ layout(set = 1, binding = 2) uniform texture2DArray noisy;
 layout(set = 1, binding = 3) uniform texture2DArray colour;
 layout(set = 1, binding = 4) uniform texture2DArray behind;
 layout(set = 1, binding = 5) uniform texture2DArray moments;
-layout(set = 1, binding = 6, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
+layout(set = 1, binding = 6) uniform texture2DArray turn2_image;
+layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 // So large that the luminance weight is 1: the largest half, independent of the unit of light.
 float UnknownVariance(int s) {
@@ -30,12 +31,16 @@ float UnknownVariance(int s) {
 // mean.
 float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   EdgeStopping edges = estimate_variance.edges;
-  float turn2 = Turn2At(edges, surface_image, s.normal, at.xy);
   bool curved = IsCurved(edges);
   bool planes = WeighsPlanes(edges);
   bool positions = WeighsPositions(edges);
-  float sigma_n = curved ? CurvedSigmaN(edges.sigma_n, turn2, edges.curvature) : edges.sigma_n;
-  TapGeometry geometry = GeometryOf(edges, planes, positions, at.xy, s, detail, sigma_n, 1.0f);
+  float sigma_n = edges.sigma_n;
+  if (curved) {
+    float turn2 = texelFetch(turn2_image, ivec3(at.xy, 0), 0).x;
+    sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
+  }
+  TapGeometry geometry =
+      GeometryOf(edges, curved, planes, positions, at.xy, s, detail, sigma_n, 1.0f);
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
@@ -76,7 +81,7 @@ void main() {
   }
   Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
   Detail detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 m = texelFetch(moments, at, 0);
     bool valid = surface.inverse_depth > 0.0f && m.z > 0.0f;

@@ -35,7 +35,7 @@ void main() {
   float reflected = 0.0f;
   float albedo = 0.0f;
   float rest = 0.0f;
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     float l = texelFetch(light, ivec3(p, s), 0).x / exposure[s];
     l *= demodulate.firefly == 2 ? ExpandScale(l) : 1.0f;
     vec3 sum = AlbedosOf(s) != 0 ? AlbedoSum(s, p) : vec3(1.0f);

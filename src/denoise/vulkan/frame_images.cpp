@@ -81,6 +81,7 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
     guides->surface = adder.Picture(surface, 0);
     guides->detail = adder.Picture(detail, 0);
   }
+  images.turn2 = adder.Picture(scalar, 1);
   if (shape.with_coarse) {
     const int width = (shape.width + 1) / 2;
     const int height = (shape.height + 1) / 2;

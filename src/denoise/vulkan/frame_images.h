@@ -65,6 +65,7 @@ struct FrameImages {
   const gpu::Image* luminance_factor = nullptr;
   GuideImages guides;
   GuideImages previous_guides;
+  const gpu::Image* turn2 = nullptr;    ///< SquaredTurn of the normals; one layer
   const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure
   const gpu::Image* scratch = nullptr;
   const gpu::Image* shown = nullptr;  ///< the last antialiased picture

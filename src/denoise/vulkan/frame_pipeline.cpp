@@ -7,8 +7,8 @@
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
 //   fill_guides          guides, samples, those held       completed guides          see fill_guides/   (only where some are unknown)
 //   measure_light        lights, albedos of every 16th pixel sums
-//   update_exposure      sums                                exposures, limit of negative light
 //   prepare_guides       depth, normal, id                   guides                    inputs, 16
+//   update_exposure      sums                                exposures, limit of negative light
 //   demodulate           lights, albedos, samples            new light                 inputs, 8 n
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
 //   reproject            guides, history, confidence         fetched history           36 + 18 n, 18 n
@@ -23,7 +23,7 @@
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   smooth_variance      light of the wavelet                light of the wavelet      8 n, 8 n  (only for prefilter_variance=once)
 //   per level:
-//     pilot              light of the wavelet, guides        fetched history           16 + 24 n, 16 n  (atrous, mix_pilot; first and second level)
+//     pilot              light of the wavelet, guides        fetched history           16 + 16 n, 8 n  (atrous; first and second level)
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   clip_outliers        light                               light                     8 n, 8 n
@@ -95,7 +95,7 @@ int TileResidues(int step) {
   return std::gcd(step, kMostTileResidues);
 }
 
-/// By the last constant, the residue classes of a group: none without tiles.
+/// By the last constant, the step: 0 without tiles, which know it when the pipeline is made.
 Shader AtrousShader(std::span<const uint32_t> constants) {
   return constants.back() != 0 ? Shader::kAtrousTile : Shader::kAtrous;
 }
@@ -107,9 +107,9 @@ uint32_t TileBytes(int signals, int radius) {
 }
 
 /// STILLRAY_ATROUS chooses the variant of the wavelet, for comparisons: `plain` or `tile`. Without
-/// it GPUs use tiles where they are faster than fetching every tap, as measured on an H200: for 5x5
-/// taps, and for 3x3 taps of one signal. On a software driver they are slower.
-Result<AtrousTiles> ChooseTiles(const gpu::DeviceContext& context, int signals) {
+/// it GPUs use tiles if their shared memory is large enough; on software drivers, where it is
+/// ordinary memory, tiles are slower.
+Result<bool> ChooseTiles(const gpu::DeviceContext& context, int signals) {
   const char* given = std::getenv("STILLRAY_ATROUS");
   const std::string_view variant = given != nullptr ? given : "";
   if (!variant.empty() && variant != "plain" && variant != "tile") {
@@ -118,10 +118,7 @@ Result<AtrousTiles> ChooseTiles(const gpu::DeviceContext& context, int signals) 
   }
   constexpr int kLargestRadius = 2;
   const bool fits = TileBytes(signals, kLargestRadius) <= context.limits.maxComputeSharedMemorySize;
-  if (!fits || variant == "plain" || (variant.empty() && context.is_software)) {
-    return AtrousTiles::kNever;
-  }
-  return variant == "tile" || signals == 1 ? AtrousTiles::kAlways : AtrousTiles::kLargeKernels;
+  return fits && variant != "plain" && (variant == "tile" || !context.is_software);
 }
 
 }  // namespace
@@ -189,9 +186,9 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
   made->grid_ = GroupsFor(o.width, o.height);
-  const Result<AtrousTiles> tiles = ChooseTiles(*context, made->shape_.signals);
+  const Result<bool> tiles = ChooseTiles(*context, made->shape_.signals);
   STILLRAY_RETURN_IF_ERROR(tiles.status());
-  made->tiles_ = *tiles;
+  made->uses_tiles_ = *tiles;
   Result<FrameImages> images = AddImages(made->shape_, &made->arena_);
   if (!images.ok()) {
     return images.status();
@@ -202,8 +199,8 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   if (o.timed) {
     STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks));
   }
-  made->pipelines_ =
-      std::make_unique<Pipelines>(context, o.storage, made->shape_.octahedral, &made->sets_);
+  made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, made->shape_.octahedral,
+                                                 made->shape_.signals, &made->sets_);
   STILLRAY_RETURN_IF_ERROR(made->MakePipelines(o.settings));
   if (o.fills_guides) {
     STILLRAY_RETURN_IF_ERROR(made->MakeFillGuidesPass(FillGuidesOptions(o)));
@@ -215,20 +212,15 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-bool FramePipeline::UsesTiles(int radius) const {
-  return tiles_ == AtrousTiles::kAlways || (tiles_ == AtrousTiles::kLargeKernels && radius == 2);
-}
-
-std::array<uint32_t, 8> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
-                                                       bool compared, bool sums_only) const {
+std::array<uint32_t, 7> FramePipeline::AtrousConstants(const AtrousLevel& level, int pilot_signals,
+                                                       bool compared, int output) const {
   return {static_cast<uint32_t>(level.weights),
           static_cast<uint32_t>(level.radius),
-          static_cast<uint32_t>(shape_.signals),
           static_cast<uint32_t>(pilot_signals),
           compared ? 1u : 0u,
-          sums_only ? 1u : 0u,
+          static_cast<uint32_t>(output),
           compared ? uint32_t{STILLRAY_ATROUS_PLANES} : edge_kinds_,
-          static_cast<uint32_t>(UsesTiles(level.radius) ? TileResidues(level.step) : 0)};
+          static_cast<uint32_t>(uses_tiles_ ? level.step : 0)};
 }
 
 /// Compiles all shaders that the settings may use, so that recording does not.
@@ -262,7 +254,8 @@ Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
         STILLRAY_RETURN_IF_ERROR(
             MakeAtrous(AtrousConstants(of_level, of_lights[static_cast<size_t>(level)])));
       }
-      STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(PilotLevel(level))));
+      STILLRAY_RETURN_IF_ERROR(
+          MakeAtrous(AtrousConstants(PilotLevel(level), 0, false, kAtrousPilot)));
     }
   }
   for (int level = 0; level < kCorrectHistoryLevels; ++level) {
@@ -286,7 +279,7 @@ void FramePipeline::RunAtrous(int width, int height,
   const Shader shader = AtrousShader(constants);
   if (shader == Shader::kAtrousTile) {
     // Of the residue classes modulo the step, some that lie side by side share a group.
-    const auto residues = static_cast<int>(constants.back());
+    const int residues = TileResidues(push.step);
     groups = GroupsFor((width + push.step - 1) / push.step * residues,
                        (height + push.step - 1) / push.step);
     groups.x *= static_cast<uint32_t>(push.step / residues);
@@ -328,6 +321,8 @@ void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParamete
   recorder->Barrier();  // the previous frame may still read them
   context_->vk.CmdUpdateBuffer(recorder->commands(), images_.parameters->buffer, 0,
                                sizeof(parameters), &parameters);
+  context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer,
+                             offsetof(FrameState, non_finite), 3 * sizeof(uint32_t), 0);
 }
 
 void FramePipeline::Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image) {
@@ -347,11 +342,10 @@ void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
   }
 }
 
-/// Guides, new light and history.
+/// New light and history.
 void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const bool clamps = plan.runs.clamp_fireflies;
-  recorder->Run(Shader::kPrepareGuides, grid_, {i.guides.surface, i.guides.detail});
   recorder->Run(Shader::kDemodulate, grid_, {clamps ? i.unclamped : i.noisy, i.within});
   if (clamps) {
     recorder->Run(Shader::kSuppressFireflies, grid_, {i.unclamped, i.noisy});
@@ -377,7 +371,7 @@ void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorde
     recorder->CountAs(stage);
     RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
               {i.coarse.surface, i.coarse.detail, i.compared[level & 1], i.luminance_factor,
-               i.nothing, i.compared[(level & 1) ^ 1]},
+               i.nothing, i.turn2, i.compared[(level & 1) ^ 1]},
               push, AtrousConstants(ComparedLevel(level), 0, true), recorder);
   }
 }
@@ -432,24 +426,21 @@ void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
   }
   recorder->Run(Shader::kEstimateVariance, grid_,
                 {i.guides.surface, i.guides.detail, i.noisy, known_.colour, known_.behind,
-                 known_.moments, i.wavelet[0]});
+                 known_.moments, i.turn2, i.wavelet[0]});
   Keep(recorder, "variance", i.wavelet[0]);
   light_ = i.wavelet[0];
 }
 
 /// The pilot estimate (see cpu/wavelet.cpp), in the image of the fetched history, which is no
 /// longer read.
-/// \param mean  overwritten
-const gpu::Image* FramePipeline::RunPilot(int level, int signals, const gpu::Image* mean,
-                                          PassRecorder* recorder) {
+const gpu::Image* FramePipeline::RunPilot(int level, int signals, PassRecorder* recorder) {
   const FrameImages& i = images_;
-  const LevelPush push = {PilotLevel(level).step, 0, 1};
+  const LevelPush push = {PilotLevel(level).step, 0, 1, signals};
   recorder->CountAs("pilot");
   RunAtrous(shape_.width, shape_.height,
-            {i.guides.surface, i.guides.detail, light_, i.luminance_factor, i.nothing, mean}, push,
-            AtrousConstants(PilotLevel(level)), recorder);
-  recorder->Run(Shader::kMixPilot, grid_, {light_, mean, known_.moments, i.fetched.colour},
-                signals);
+            {i.guides.surface, i.guides.detail, light_, i.luminance_factor, known_.moments, i.turn2,
+             i.fetched.colour},
+            push, AtrousConstants(PilotLevel(level), 0, false, kAtrousPilot), recorder);
   return i.fetched.colour;
 }
 
@@ -466,9 +457,8 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   for (int level = 0; level < plan.levels; ++level) {
     const int with_pilot =
         level < kPilotLevels ? plan.pilot_signals[static_cast<size_t>(level)] : 0;
-    const gpu::Image* pilot = with_pilot != 0
-                                  ? RunPilot(level, with_pilot, images_.wavelet[target], recorder)
-                                  : images_.nothing;
+    const gpu::Image* pilot =
+        with_pilot != 0 ? RunPilot(level, with_pilot, recorder) : images_.nothing;
     if (plan.runs.estimate_variance) {
       recorder->Run(Shader::kPrefilterVariance, grid_,
                     {with_pilot != 0 ? pilot : light_, known_.moments, images_.luminance_factor});
@@ -478,14 +468,14 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     if (observer_ != nullptr && observer_->Wants(WeightsName(level))) {
       RunAtrous(shape_.width, shape_.height,
                 {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
-                 pilot, images_.wavelet[target]},
-                push, AtrousConstants(of_level, with_pilot, false, /*sums_only=*/true), recorder);
+                 pilot, images_.turn2, images_.wavelet[target]},
+                push, AtrousConstants(of_level, with_pilot, false, kAtrousSums), recorder);
       Keep(recorder, WeightsName(level), images_.wavelet[target]);
     }
     recorder->CountAs(LevelName(level));
     RunAtrous(shape_.width, shape_.height,
               {images_.guides.surface, images_.guides.detail, light_, images_.luminance_factor,
-               pilot, images_.wavelet[target]},
+               pilot, images_.turn2, images_.wavelet[target]},
               push, AtrousConstants(of_level, with_pilot), recorder);
     light_ = images_.wavelet[target];
     if (plan.feedback_level == level + 1) {
@@ -564,7 +554,8 @@ void FramePipeline::BlendSamples(const char* stage, PassRecorder* recorder) {
     const LevelPush push = {GeometryLevel(level).step, level, 0};
     recorder->CountAs(stage);
     RunAtrous(shape_.width, shape_.height,
-              {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, other},
+              {i.guides.surface, i.guides.detail, measured, i.luminance_factor, i.nothing, i.turn2,
+               other},
               push, constants, recorder);
     std::swap(measured, other);
   }
@@ -632,7 +623,9 @@ void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
 /// All passes before accumulation.
 void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                                const FrameInputs& inputs, PassRecorder* recorder) {
-  times_.Begin(recorder->commands());
+  if (Times() != nullptr) {
+    times_.Begin(recorder->commands());
+  }
   PrepareImages(recorder->commands());
   std::swap(images_.guides, images_.previous_guides);
   FrameParameters parameters = MakeParameters(plan, facts, shape_);
@@ -641,7 +634,10 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
+  // The few workgroups that measure the light have time while guides are prepared.
   recorder->Run(Shader::kMeasureLight, measured, {});
+  recorder->Run(Shader::kPrepareGuides, grid_,
+                {images_.guides.surface, images_.guides.detail, images_.turn2});
   recorder->Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
   GatherLight(plan, recorder);
   if (shape_.with_compressed) {
@@ -655,7 +651,7 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
 Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FramePlan& plan,
                                      const FrameFacts& facts, const FrameInputs& inputs,
                                      const FutureImages& future) {
-  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
+  PassRecorder recorder(context_, pipelines_.get(), &sets_, Times(), commands);
   BeginFrame(plan, facts, inputs, &recorder);
   if (plan.runs.reproject) {
     const int32_t push = plan.runs.limit_history ? 1 : 0;
@@ -673,7 +669,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
                              const FrameFacts& facts, const FrameInputs& inputs,
                              FrameObserver* observer, const FutureImages* future) {
   observer_ = observer;
-  PassRecorder recorder(context_, pipelines_.get(), &sets_, timed_ ? &times_ : nullptr, commands);
+  PassRecorder recorder(context_, pipelines_.get(), &sets_, Times(), commands);
   BeginFrame(plan, facts, inputs, &recorder);
   Accumulate(plan, &recorder);
   known_ = images_.history;

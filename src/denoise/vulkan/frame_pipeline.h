@@ -29,15 +29,12 @@ class FrameObserver {
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
 };
 
-/// Levels of the wavelet whose taps come from tiles in shared memory (atrous.comp), not from
-/// images.
-enum class AtrousTiles { kNever, kLargeKernels, kAlways };
-
 /// Of a level of the wavelet, as its shader reads it.
 struct LevelPush {
   int32_t step = 1;
   int32_t level = 0;
   int32_t box = 0;
+  int32_t pilot_signals = 0;
 };
 
 struct PipelineOptions {
@@ -88,7 +85,10 @@ class FramePipeline {
   Status ForgetInputs() { return sets_.Clear(); }
 
   gpu::MemoryUse memory() const;
-  /// Of the last recorded frame, after the device has finished it.
+  /// Whether the next frames measure the times of their stages, if the pipeline is `timed`: the
+  /// device may finish each stage before it takes the time.
+  void MeasureStages(bool measures) { measures_ = measures; }
+  /// Of the last frame that measured them, after the device has finished it.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
   std::span<const SignalGroup> groups() const { return groups_; }
@@ -106,6 +106,8 @@ class FramePipeline {
 
  private:
   explicit FramePipeline(const gpu::DeviceContext* context);
+  /// nullptr if the frame measures no times.
+  gpu::Timestamps* Times() { return timed_ && measures_ ? &times_ : nullptr; }
   static FillGuidesPass::Options FillGuidesOptions(const PipelineOptions& options);
   Status MakePipelines(const Settings& settings);
   Status MakeFillGuidesPass(const FillGuidesPass::Options& options);
@@ -119,8 +121,7 @@ class FramePipeline {
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
   void MergeFuture(const FutureImages& future, PassRecorder* recorder);
   void BeginFilter(const FramePlan& plan, PassRecorder* recorder);
-  const gpu::Image* RunPilot(int level, int signals, const gpu::Image* mean,
-                             PassRecorder* recorder);
+  const gpu::Image* RunPilot(int level, int signals, PassRecorder* recorder);
   void RunLevels(const FramePlan& plan, PassRecorder* recorder);
   void KeepSamples(PassRecorder* recorder);
   void KeepMirrors(PassRecorder* recorder);
@@ -133,10 +134,9 @@ class FramePipeline {
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
   /// \param pilot_signals  as in the plan
   /// \param compared   a level of limit_history
-  /// \param sums_only  writes the sums of the weights in place of light
-  std::array<uint32_t, 8> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
-                                          bool compared = false, bool sums_only = false) const;
-  bool UsesTiles(int radius) const;
+  /// \param output  kAtrousLight, kAtrousSums or kAtrousPilot
+  std::array<uint32_t, 7> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
+                                          bool compared = false, int output = kAtrousLight) const;
   Groups CoarseGrid() const;
   /// One level of the wavelet, by the variant that suits the device.
   /// \param width, height  of the images
@@ -151,12 +151,13 @@ class FramePipeline {
 
   const gpu::DeviceContext* context_;
   bool timed_ = true;
+  bool measures_ = true;
   uint32_t edge_kinds_ = 0;  ///< STILLRAY_ATROUS_... of the settings
   Shape shape_;
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
-  AtrousTiles tiles_ = AtrousTiles::kNever;
+  bool uses_tiles_ = false;  // of the wavelet: see atrous.comp
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps times_;

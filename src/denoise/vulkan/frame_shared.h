@@ -108,7 +108,7 @@ layout(set = 0, binding = 29, std430) buffer FrameState {
   float compressed_scale[4];  // luminance that is compressed to 1/2, without exposure; 0: none yet
   float old_compressed_scale[4];
   float mean_luminance[4];  // of accumulated light, without exposure
-  // Counts of this frame.
+  // Counts of this frame, cleared with its parameters.
   uint non_finite;
   uint negative;
   uint bad_guides;

@@ -17,7 +17,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 c = texelFetch(light, at, 0);
     vec4 m = texelFetch(measured, at, 0);

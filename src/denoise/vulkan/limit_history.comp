@@ -25,7 +25,7 @@ void main() {
   }
   Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
   BlocksAround around = FindBlocksAround(p, surface);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     bool has_samples = surface.inverse_depth > 0.0f && texelFetch(noisy, at, 0).w > 0.0f;
     vec3 sum = vec3(0.0f);  // ratio, bias, weight

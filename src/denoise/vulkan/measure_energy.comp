@@ -47,7 +47,7 @@ void main() {
     return;
   }
   Block found = FindBlock(block);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     MeasureSignal(block, s, found.weight);
   }
   StoreBlock(block, found);

@@ -12,7 +12,7 @@ layout(set = 1, binding = 0) uniform texture2DArray colour;
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   vec4 luminance = vec4(0.0f);
-  for (int s = 0; Inside(p) && s < signals; ++s) {
+  for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
     luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x);
   }
   luminance = SumOfGroup(luminance);

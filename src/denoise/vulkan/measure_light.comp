@@ -50,7 +50,7 @@ void main() {
   vec4 light = vec4(0.0f);
   vec4 other = vec4(0.0f);  // unfiltered light, pixels with a sample, pixels
   if (Inside(p)) {
-    for (int s = 0; s < signals; ++s) {
+    for (int s = 0; s < SignalCount(); ++s) {
       NewLight new_light = LoadNewLight(s, p, kMostLight);
       light += AtComponent(s, min(max(new_light.colour.x, 0.0f), 1e30f));
     }

@@ -48,7 +48,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 measured = vec4(0.0f, 0.0f, 0.0f, PackDeviation(0.0f, false));
     if ((keep_mirrors.mirror_signals >> s & 1) != 0 && IsMirrorAt(p, s)) {

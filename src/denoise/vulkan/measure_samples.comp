@@ -22,7 +22,7 @@ void main() {
     return;
   }
   float inverse_depth = uintBitsToFloat(texelFetch(surface_image, p, 0).x);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 x = texelFetch(noisy, at, 0);
     vec4 measured = vec4(0.0f, 0.0f, 0.0f, PackDeviation(0.0f, false));

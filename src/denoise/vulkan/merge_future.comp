@@ -21,7 +21,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec3 past = texelFetch(colour, at, 0).xyz;
     vec4 m = texelFetch(moments, at, 0);

@@ -3,6 +3,9 @@
 
 #include "denoise/vulkan/pass_recorder.h"
 
+#include <algorithm>
+#include <utility>
+
 namespace stillray::vulkan {
 namespace {
 
@@ -40,6 +43,30 @@ gpu::SetContent FrameContent(const FrameInputs& in, const FrameImages& images) {
   return content;
 }
 
+/// Stand for the frame's buffers, which every pass may use.
+constexpr char kState = 0;
+constexpr char kPartials = 0;
+
+/// Calls use(resource, writes) for all that a pass reads and writes beside inputs, parameters and
+/// outputs of the frame. Of outputs each is written by one pass.
+template <typename Function>
+void ForEachUse(const ShaderInfo& info, std::span<const gpu::Image* const> images,
+                std::span<const gpu::Buffer* const> buffers, const Function& use) {
+  for (size_t i = 0; i < images.size(); ++i) {
+    use(images[i], i >= info.reads);
+  }
+  for (uint32_t i = 0; i < info.buffers; ++i) {
+    use(buffers[i], true);
+  }
+  const std::pair<Use, const void*> of_frame[] = {{info.state, &kState},
+                                                  {info.partials, &kPartials}};
+  for (const auto& [how, resource] : of_frame) {
+    if (how != Use::kNone) {
+      use(resource, Writes(how));
+    }
+  }
+}
+
 }  // namespace
 
 void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images) {
@@ -49,9 +76,18 @@ void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images
     return;
   }
   frame_set_ = *set;
+  always_waits_ = true;  // passes may have written its inputs
 }
 
 void PassRecorder::Barrier() {
+  EmitBarrier();
+  always_waits_ = true;
+}
+
+void PassRecorder::EmitBarrier() {
+  always_waits_ = false;
+  read_.clear();
+  written_.clear();
   constexpr VkPipelineStageFlags kStages =
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
   VkMemoryBarrier barrier = {};
@@ -62,6 +98,21 @@ void PassRecorder::Barrier() {
                           VK_ACCESS_TRANSFER_WRITE_BIT;
   context_->vk.CmdPipelineBarrier(commands_, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0,
                                   nullptr);
+}
+
+bool PassRecorder::Waits(const ShaderInfo& info, std::span<const gpu::Image* const> images) const {
+  bool waits = always_waits_;
+  ForEachUse(info, images, buffers_, [&](const void* resource, bool writes) {
+    waits = waits || std::ranges::find(written_, resource) != written_.end() ||
+            (writes && std::ranges::find(read_, resource) != read_.end());
+  });
+  return waits;
+}
+
+void PassRecorder::NoteUses(const ShaderInfo& info, std::span<const gpu::Image* const> images) {
+  ForEachUse(info, images, buffers_, [&](const void* resource, bool writes) {
+    (writes ? written_ : read_).push_back(resource);
+  });
 }
 
 void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::Image* const> images,
@@ -87,7 +138,10 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
     status_ = own.status();
     return;
   }
-  Barrier();
+  if (Waits(info, images)) {
+    EmitBarrier();
+  }
+  NoteUses(info, images);
   const std::string_view part = next_part_.empty() ? std::string_view(info.stage) : next_part_;
   next_part_ = {};
   if (times_ != nullptr && part_ != part) {

@@ -56,10 +56,11 @@ class PassRecorder {
     buffers_.assign(buffers.begin(), buffers.end());
   }
 
-  /// Makes earlier writes visible to later reads.
+  /// For commands beside the passes: a barrier before them, and one before the next pass.
   void Barrier();
 
-  /// A barrier, then one pass.
+  /// One pass, after a barrier if it reads what a pass since the last barrier writes, or writes
+  /// what such a pass reads or writes.
   /// \param images  those that the shader reads, then those that it writes
   template <typename Push>
   void Run(Shader shader, Groups groups, std::initializer_list<const gpu::Image*> images,
@@ -81,6 +82,10 @@ class PassRecorder {
   const Status& status() const { return status_; }
 
  private:
+  void EmitBarrier();
+  /// Whether the pass must wait for one since the last barrier.
+  bool Waits(const ShaderInfo& info, std::span<const gpu::Image* const> images) const;
+  void NoteUses(const ShaderInfo& info, std::span<const gpu::Image* const> images);
   void RunBytes(Shader shader, Groups groups, std::span<const gpu::Image* const> images,
                 const void* push, std::span<const uint32_t> constants);
 
@@ -91,6 +96,10 @@ class PassRecorder {
   VkCommandBuffer commands_;
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
   std::vector<const gpu::Buffer*> buffers_;
+  bool always_waits_ = true;  // the next pass: of commands beside the passes
+  // Since the last barrier: images and buffers.
+  std::vector<const void*> read_;
+  std::vector<const void*> written_;
   std::string_view part_;
   std::string_view next_part_;
   Status status_;

@@ -19,7 +19,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     bool bounded = IsValid(own.w);
     if (prefilter_variance.short_history_blur > 0.0f) {

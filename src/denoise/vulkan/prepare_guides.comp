@@ -9,6 +9,7 @@
 
 layout(set = 1, binding = 0, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
 layout(set = 1, binding = 1, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
+layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray turn2_out;
 
 struct Guide {
   Surface surface;
@@ -55,12 +56,21 @@ void main() {
     return;
   }
   Guide g = Convert(p);
+  Guide left = Convert(p - ivec2(1, 0));
+  Guide right = Convert(p + ivec2(1, 0));
+  Guide above = Convert(p - ivec2(0, 1));
+  Guide below = Convert(p + ivec2(0, 1));
   Detail detail;
-  detail.gradient.x = Slope(Convert(p - ivec2(1, 0)), g, Convert(p + ivec2(1, 0)));
-  detail.gradient.y = Slope(Convert(p - ivec2(0, 1)), g, Convert(p + ivec2(0, 1)));
+  detail.gradient = vec2(Slope(left, g, right), Slope(above, g, below));
   detail.id = g.id;
   imageStore(surface_out, p, PackSurface(g.surface));
   imageStore(detail_out, p, PackDetail(detail, g.surface.inverse_depth));
+  if (atrous.edges.curvature > 0.0f) {
+    vec3 n = g.surface.normal;
+    float turn2 = SquaredTurn(dot(n, left.surface.normal), dot(n, right.surface.normal),
+                              dot(n, above.surface.normal), dot(n, below.surface.normal));
+    imageStore(turn2_out, ivec3(p, 0), Stored(vec4(turn2)));
+  }
   bool bad_confidence = has_confidence != 0 && IsNaN(texelFetch(confidence_image, p, 0).x);
   if (g.bad || bad_confidence) {
     atomicAdd(bad_guides, (g.bad ? 1u : 0u) + (bad_confidence ? 1u : 0u));

@@ -51,7 +51,7 @@ void main() {
     return;
   }
   vec3 sum = vec3(0.0f);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     sum += Radiance(s, p);
   }
   if (has_emission != 0) {

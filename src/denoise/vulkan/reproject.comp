@@ -221,7 +221,7 @@ void Fetch(Taps taps, float confidence, ivec2 p, int s) {
 void MeasureHistory(ivec2 p) {
   vec4 luminance = vec4(0.0f);
   if (Inside(p)) {
-    for (int s = 0; s < signals; ++s) {
+    for (int s = 0; s < SignalCount(); ++s) {
       luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x * exposure_ratio[s]);
     }
   }
@@ -241,7 +241,7 @@ void main() {
   }
   Taps taps = FindTaps(p);
   float confidence = Confidence(p);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     Fetch(taps, confidence, p, s);
   }
 }

@@ -38,7 +38,7 @@ void main() {
   }
   Surface surface = UnpackSurface(texelFetch(surface_image, p, 0));
   BlocksAround around = FindBlocksAround(p, surface);
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     if ((energy_signals >> s & 1) != 0) {
       own.xyz *= RatioAt(around, s);

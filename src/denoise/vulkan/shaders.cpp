@@ -7,51 +7,51 @@
 #include <array>
 #include <memory>
 
-/// name, stage, images read and written, buffers, bytes of push constants
-#define STILLRAY_DENOISE_SHADERS(X)                      \
-  X(MeasureLight, "demodulate", 0, 0, 0, 0)              \
-  X(UpdateExposure, "demodulate", 0, 0, 0, 4)            \
-  X(PrepareGuides, "prepare_guides", 0, 2, 0, 0)         \
-  X(Demodulate, "demodulate", 0, 2, 0, 0)                \
-  X(SuppressFireflies, "suppress_fireflies", 1, 1, 0, 0) \
-  X(Reproject, "reproject", 8, 4, 0, 0)                  \
-  X(UpdateCompression, "limit_history", 0, 0, 0, 4)      \
-  X(CompareHistory, "limit_history", 5, 4, 0, 0)         \
-  X(CorrectHistory, "limit_history", 2, 2, 0, 0)         \
-  X(LimitHistory, "limit_history", 6, 1, 0, 0)           \
-  X(Accumulate, "accumulate", 7, 4, 0, 4)                \
-  X(MeasureHistory, "estimate_variance", 1, 0, 0, 0)     \
-  X(UpdateMean, "estimate_variance", 0, 0, 0, 4)         \
-  X(EstimateVariance, "estimate_variance", 6, 1, 0, 0)   \
-  X(SmoothVariance, "prefilter_variance", 1, 1, 0, 0)    \
-  X(PrefilterVariance, "prefilter_variance", 2, 1, 0, 0) \
-  X(MixPilot, "pilot", 3, 1, 0, 4)                       \
-  X(Atrous, "atrous", 5, 1, 0, 12)                       \
-  X(AtrousTile, "atrous", 5, 1, 0, 12)                   \
-  X(ClipOutliers, "clip_outliers", 1, 1, 0, 0)           \
-  X(MeasureEnergy, "restore_energy", 5, 3, 0, 4)         \
-  X(RestoreEnergy, "restore_energy", 5, 1, 0, 0)         \
-  X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0)          \
-  X(MeasureSamples, "keep_samples", 5, 1, 0, 0)          \
-  X(KeepSamples, "keep_samples", 3, 1, 0, 0)             \
-  X(Remodulate, "remodulate", 1, 1, 0, 4)                \
-  X(Fxaa, "fxaa", 2, 1, 0, 0)                            \
-  X(FollowLight, "antialias", 4, 2, 0, 4)                \
-  X(FollowChange, "antialias", 3, 1, 0, 0)               \
-  X(SplineCoefficients, "antialias", 1, 1, 0, 0)         \
-  X(Antialias, "antialias", 7, 1, 0, 0)                  \
-  X(Tonemap, "tonemap", 1, 0, 0, 0)                      \
-  X(FindKnown, "fill_guides", 0, 0, 1, 0)                \
-  X(RejectGhosts, "fill_guides", 3, 0, 2, 0)             \
-  X(DownsampleLevel, "fill_guides", 0, 0, 1, 16)         \
-  X(FillTopLevels, "fill_guides", 0, 0, 1, 16)           \
-  X(FillLevel, "fill_guides", 0, 0, 1, 16)               \
-  X(GatherKnown, "fill_guides", 3, 4, 2, 0)              \
-  X(GatherKnownColours, "fill_guides", 8, 5, 1, 0)       \
-  X(FillHoles, "fill_guides", 1, 3, 1, 0)                \
-  X(FillHoleColours, "fill_guides", 1, 5, 1, 0)          \
-  X(ShortenHistory, "shorten_history", 3, 2, 0, 4)       \
-  X(MergeFuture, "merge_future", 4, 2, 0, 0)
+/// name, stage, images read and written, buffers, bytes of push constants, use of the frame's state
+/// and of the partial sums
+#define STILLRAY_DENOISE_SHADERS(X)                                       \
+  X(MeasureLight, "demodulate", 0, 0, 0, 0, kNone, kWritten)              \
+  X(UpdateExposure, "demodulate", 0, 0, 0, 4, kBoth, kBoth)               \
+  X(PrepareGuides, "prepare_guides", 0, 3, 0, 0, kWritten, kNone)         \
+  X(Demodulate, "demodulate", 0, 2, 0, 0, kBoth, kBoth)                   \
+  X(SuppressFireflies, "suppress_fireflies", 1, 1, 0, 0, kNone, kWritten) \
+  X(Reproject, "reproject", 8, 4, 0, 0, kRead, kWritten)                  \
+  X(UpdateCompression, "limit_history", 0, 0, 0, 4, kBoth, kRead)         \
+  X(CompareHistory, "limit_history", 5, 4, 0, 0, kRead, kNone)            \
+  X(CorrectHistory, "limit_history", 2, 2, 0, 0, kNone, kNone)            \
+  X(LimitHistory, "limit_history", 6, 1, 0, 0, kNone, kNone)              \
+  X(Accumulate, "accumulate", 7, 4, 0, 4, kRead, kNone)                   \
+  X(MeasureHistory, "estimate_variance", 1, 0, 0, 0, kNone, kWritten)     \
+  X(UpdateMean, "estimate_variance", 0, 0, 0, 4, kBoth, kRead)            \
+  X(EstimateVariance, "estimate_variance", 7, 1, 0, 0, kRead, kNone)      \
+  X(SmoothVariance, "prefilter_variance", 1, 1, 0, 0, kNone, kNone)       \
+  X(PrefilterVariance, "prefilter_variance", 2, 1, 0, 0, kRead, kNone)    \
+  X(Atrous, "atrous", 6, 1, 0, 16, kRead, kNone)                          \
+  X(AtrousTile, "atrous", 6, 1, 0, 16, kRead, kNone)                      \
+  X(ClipOutliers, "clip_outliers", 1, 1, 0, 0, kNone, kNone)              \
+  X(MeasureEnergy, "restore_energy", 5, 3, 0, 4, kNone, kNone)            \
+  X(RestoreEnergy, "restore_energy", 5, 1, 0, 0, kNone, kNone)            \
+  X(MeasureMirrors, "keep_mirrors", 3, 1, 0, 0, kNone, kNone)             \
+  X(MeasureSamples, "keep_samples", 5, 1, 0, 0, kNone, kNone)             \
+  X(KeepSamples, "keep_samples", 3, 1, 0, 0, kNone, kNone)                \
+  X(Remodulate, "remodulate", 1, 1, 0, 4, kBoth, kNone)                   \
+  X(Fxaa, "fxaa", 2, 1, 0, 0, kNone, kNone)                               \
+  X(FollowLight, "antialias", 4, 2, 0, 4, kRead, kNone)                   \
+  X(FollowChange, "antialias", 3, 1, 0, 0, kNone, kNone)                  \
+  X(SplineCoefficients, "antialias", 1, 1, 0, 0, kNone, kNone)            \
+  X(Antialias, "antialias", 7, 1, 0, 0, kRead, kNone)                     \
+  X(Tonemap, "tonemap", 1, 0, 0, 0, kRead, kNone)                         \
+  X(FindKnown, "fill_guides", 0, 0, 1, 0, kWritten, kNone)                \
+  X(RejectGhosts, "fill_guides", 3, 0, 2, 0, kRead, kNone)                \
+  X(DownsampleLevel, "fill_guides", 0, 0, 1, 16, kRead, kNone)            \
+  X(FillTopLevels, "fill_guides", 0, 0, 1, 16, kRead, kNone)              \
+  X(FillLevel, "fill_guides", 0, 0, 1, 16, kRead, kNone)                  \
+  X(GatherKnown, "fill_guides", 3, 4, 2, 0, kRead, kNone)                 \
+  X(GatherKnownColours, "fill_guides", 8, 5, 1, 0, kRead, kNone)          \
+  X(FillHoles, "fill_guides", 1, 3, 1, 0, kNone, kNone)                   \
+  X(FillHoleColours, "fill_guides", 1, 5, 1, 0, kNone, kNone)             \
+  X(ShortenHistory, "shorten_history", 3, 2, 0, 4, kRead, kNone)          \
+  X(MergeFuture, "merge_future", 4, 2, 0, 0, kRead, kNone)
 
 /// Those that write surfaces: their code depends on the format of normals.
 #define STILLRAY_SURFACE_WRITERS(X) \
@@ -77,8 +77,9 @@ STILLRAY_SURFACE_WRITERS(STILLRAY_DECLARE_WRITER_)
 }  // namespace shaders
 
 const ShaderInfo& InfoOf(Shader shader) {
-#define STILLRAY_SHADER_INFO_(name, stage, reads, writes, buffers, push) \
-  {stage, reads, writes, buffers, push},
+  using enum Use;
+#define STILLRAY_SHADER_INFO_(name, stage, reads, writes, buffers, push, state, partials) \
+  {stage, reads, writes, buffers, push, state, partials},
   static constexpr ShaderInfo kInfo[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_INFO_)};
   return kInfo[static_cast<size_t>(shader)];
 }
@@ -133,7 +134,10 @@ Result<const gpu::Pipeline*> Pipelines::Find(Shader shader, std::span<const uint
     return own.status();
   }
   const VkDescriptorSetLayout layouts[] = {*frame, *own};
-  std::vector<uint32_t> all = {octahedral_ ? 1u : 0u};
+  // Software drivers compile loops of a known length in more time than they save.
+  const bool known =
+      !context_->is_software || shader == Shader::kAtrous || shader == Shader::kAtrousTile;
+  std::vector<uint32_t> all = {octahedral_ ? 1u : 0u, known ? static_cast<uint32_t>(signals_) : 0u};
   all.insert(all.end(), constants.begin(), constants.end());
   Result<gpu::Pipeline> made = gpu::Pipeline::Create(
       context_, {info.stage, CodeOf(shader, storage_, octahedral_), layouts, info.push_bytes, all});

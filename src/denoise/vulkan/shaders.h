@@ -41,7 +41,6 @@ enum class Shader : uint8_t {
   kEstimateVariance,
   kSmoothVariance,
   kPrefilterVariance,
-  kMixPilot,
   kAtrous,
   kAtrousTile,  ///< the same result, by tiles in shared memory
   kClipOutliers,
@@ -72,13 +71,25 @@ enum class Shader : uint8_t {
   kMergeFuture,
 };
 
-/// The resources of a shader's second descriptor set, in the order of its bindings.
+/// How a shader uses a buffer of the frame; atomic operations write.
+enum class Use { kNone, kRead, kWritten, kBoth };
+inline bool Reads(Use use) {
+  return use == Use::kRead || use == Use::kBoth;
+}
+inline bool Writes(Use use) {
+  return use == Use::kWritten || use == Use::kBoth;
+}
+
+/// The resources of a shader's second descriptor set, in the order of its bindings, and what it
+/// shares with other shaders in the first.
 struct ShaderInfo {
   const char* stage;    ///< stage name in timings: that of the CPU's stage
   uint32_t reads;       ///< sampled images
   uint32_t writes;      ///< storage images
-  uint32_t buffers;     ///< storage buffers
+  uint32_t buffers;     ///< storage buffers, read and written
   uint32_t push_bytes;  ///< size of its push constants
+  Use state;            ///< FrameState
+  Use partials;         ///< sums of workgroups, and the histogram
 };
 
 inline gpu::SetShape OwnSet(const ShaderInfo& info) {
@@ -95,12 +106,16 @@ inline constexpr gpu::SetShape kFrameSet = {25, 3, 1, 2};
 /// Descriptor set layouts and pipelines, created on first use.
 class Pipelines {
  public:
-  Pipelines(const gpu::DeviceContext* context, Storage storage, bool octahedral,
+  Pipelines(const gpu::DeviceContext* context, Storage storage, bool octahedral, int signals,
             gpu::DescriptorSets* sets)
-      : context_(context), storage_(storage), octahedral_(octahedral), sets_(sets) {}
+      : context_(context),
+        storage_(storage),
+        octahedral_(octahedral),
+        signals_(signals),
+        sets_(sets) {}
 
-  /// \param constants  specialisation constants of the shader itself, from 1 on; 0 is that of
-  ///     common.glsl
+  /// \param constants  specialisation constants of the shader itself, from 2 on; 0 and 1 are those
+  ///     of common.glsl
   Result<const gpu::Pipeline*> Find(Shader shader, std::span<const uint32_t> constants = {});
 
  private:
@@ -112,6 +127,7 @@ class Pipelines {
   const gpu::DeviceContext* context_;
   Storage storage_;
   bool octahedral_;
+  int signals_;
   gpu::DescriptorSets* sets_;
   std::vector<std::unique_ptr<Entry>> entries_;
 };

@@ -26,7 +26,7 @@ void main() {
     return;
   }
   bool is_certain = Confidence(p) >= 1.0f;
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
     vec4 m = texelFetch(moments, at, 0);
     m.z = max(m.z, 0.0f);

@@ -16,7 +16,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
-  for (int s = 0; s < signals; ++s) {
+  for (int s = 0; s < SignalCount(); ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     if (IsValid(own.w)) {
       own.w = PackDeviation(SmoothedVariance(s), true);

@@ -12,7 +12,7 @@ void LoadDeviations(texture2DArray light) {
   ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(LOCAL_SIZE_X, LOCAL_SIZE_Y) - 1;
   for (int i = int(gl_LocalInvocationIndex); i < kBlurTexels; i += LOCAL_SIZE_X * LOCAL_SIZE_Y) {
     ivec2 q = first + ivec2(i % kBlurWidth, i / kBlurWidth);
-    for (int s = 0; s < signals; ++s) {
+    for (int s = 0; s < SignalCount(); ++s) {
       deviations[s * kBlurTexels + i] = Inside(q) ? texelFetch(light, ivec3(q, s), 0).w : -1.0f;
     }
   }

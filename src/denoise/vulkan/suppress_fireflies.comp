@@ -30,7 +30,7 @@ void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   bool inside = Inside(p);
   vec4 luminance = vec4(0.0f);
-  for (int s = 0; inside && s < signals; ++s) {
+  for (int s = 0; inside && s < SignalCount(); ++s) {
     vec4 light = texelFetch(noisy, ivec3(p, s), 0);
     light.xyz *= ClampScale(light.x, BrightestNeighbour(p, s));
     luminance += AtComponent(s, light.x);

@@ -4,7 +4,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // Chooses the powers of two that light is stored with and the limit of negative light (one
-// workgroup), and clears the counts.
+// workgroup).
 #define LOCAL_SIZE_X STILLRAY_LIGHT_BINS
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"
@@ -72,7 +72,4 @@ void main() {
   picture_exposure = ChooseExposure(old, brightness);
   picture_ratio = old > 0.0f ? picture_exposure / old : 1.0f;
   negative_limit = NegativeLimit(mean_light);
-  non_finite = 0u;
-  negative = 0u;
-  bad_guides = 0u;
 }
