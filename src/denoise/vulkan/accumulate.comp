@@ -69,7 +69,7 @@ void main() {
       imageStore(behind_out, at, Stored(vec4(b + alpha * (light.xyz - b), 0.0f)));
     }
     if (with_compressed != 0) {
-      float old = has_history != 0 ? RescaledCompressed(texelFetch(compressed, at, 0).x, s) : 0.0f;
+      float old = has_history != 0 ? texelFetch(compressed, at, 0).x : 0.0f;
       old = ratio != 1.0f ? ScaledCompressed(old, ratio) : old;
       float now = CompressLuminance(light.x, compressed_scale[s] * exposure[s]);
       imageStore(compressed_out, at, vec4(old + alpha * (now - old)));

@@ -38,7 +38,7 @@ void CompareSignal(ivec2 block, int s, vec4 weight) {
       continue;
     }
     float variance = VarianceOf(m.y);
-    float then = RescaledCompressed(texelFetch(compressed, at, 0).x, s);
+    float then = texelFetch(compressed, at, 0).x;
     float single = CompressedVariance(then, m.x, variance, scale);
     float noise = ComparisonNoise(light.x, light.w, m.z, m.x, variance, m.w);
     sum += vec4(w * light.x, w * m.x, w * w * noise, w);

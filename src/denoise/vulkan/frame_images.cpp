@@ -111,6 +111,9 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.partials = adder.AddBuffer(
       kBytesBeforeGroups + GroupsFor(shape.width, shape.height).count() * kBytesPerGroup,
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
+  images.history_sums =
+      adder.AddBuffer(GroupsFor(shape.width, shape.height).count() * 4 * sizeof(float),
+                      VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   return adder.status().ok() ? Result<FrameImages>(images) : Result<FrameImages>(adder.status());
 }
 

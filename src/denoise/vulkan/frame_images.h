@@ -87,6 +87,7 @@ struct FrameImages {
   const gpu::Buffer* parameters = nullptr;
   const gpu::Buffer* state = nullptr;
   const gpu::Buffer* partials = nullptr;
+  const gpu::Buffer* history_sums = nullptr;  ///< see prepare_guides.comp
 };
 
 /// Workgroups that cover a picture.

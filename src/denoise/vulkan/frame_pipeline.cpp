@@ -7,13 +7,13 @@
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
 //   fill_guides          guides, samples, those held       completed guides          see fill_guides/   (only where some are unknown)
 //   measure_light        lights, albedos of every 16th pixel sums
-//   prepare_guides       depth, normal, id                   guides                    inputs, 16
-//   update_exposure      sums                                exposures, limit of negative light
+//   prepare_guides       depth, normal, id, history          guides, sums              inputs + 8 n, 18
+//   update_exposure      sums                                exposures, limit of negative light, scales
 //   demodulate           lights, albedos, samples            new light                 inputs, 8 n
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
 //   reproject            guides, history, confidence         fetched history           36 + 18 n, 18 n
-//   update_compression   sums                                scales                    (only for limit_history, as the next five)
-//   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n
+//   update_compression   sums                                scales                    (the first frame, only for limit_history)
+//   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n  (only for limit_history, as the next four)
 //   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
 //   correct_history      compared                            compared, ratio           4 n, 3 n
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
@@ -636,11 +636,14 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
   // The few workgroups that measure the light have time while guides are prepared.
   recorder->Run(Shader::kMeasureLight, measured, {});
-  recorder->Run(Shader::kPrepareGuides, grid_,
-                {images_.guides.surface, images_.guides.detail, images_.turn2});
-  recorder->Run(Shader::kUpdateExposure, {1, 1}, {}, measured.count());
+  recorder->UseBuffers({images_.history_sums});
+  recorder->Run(
+      Shader::kPrepareGuides, grid_,
+      {images_.history.colour, images_.guides.surface, images_.guides.detail, images_.turn2});
+  const std::array<uint32_t, 2> groups = {measured.count(), grid_.count()};
+  recorder->Run(Shader::kUpdateExposure, {1, 1}, {}, groups);
   GatherLight(plan, recorder);
-  if (shape_.with_compressed) {
+  if (shape_.with_compressed && !plan.runs.reproject) {
     recorder->Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
   }
   if (plan.runs.limit_history) {

@@ -16,10 +16,3 @@ ivec2 CoarseSize() {
 float MostLength(vec4 m, vec4 limits) {
   return LimitedLength(m.z, m.w, limits.y, limit_history.limit_gain);
 }
-
-// The history's mean under this frame's scale.
-float RescaledCompressed(float c, int s) {
-  return old_compressed_scale[s] > 0.0f && old_compressed_scale[s] != compressed_scale[s]
-             ? RescaleCompressed(c, old_compressed_scale[s], compressed_scale[s])
-             : c;
-}

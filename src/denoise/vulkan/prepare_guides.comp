@@ -5,11 +5,16 @@
 
 // prepare_guides: see stages/prepare_guides.h.
 #include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/reduce.glsl"
 #include "denoise/stages/prepare_guides_shared.h"
 
-layout(set = 1, binding = 0, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
-layout(set = 1, binding = 1, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
-layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray turn2_out;
+layout(set = 1, binding = 0) uniform texture2DArray history;  // light of the last frame
+layout(set = 1, binding = 1, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
+layout(set = 1, binding = 2, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
+layout(set = 1, binding = 3, SCALAR_FORMAT) writeonly uniform image2DArray turn2_out;
+layout(set = 1, binding = 4, std430) writeonly buffer HistorySums {
+  vec4 history_sums[];
+};
 
 struct Guide {
   Surface surface;
@@ -50,8 +55,24 @@ float Slope(Guide before, Guide centre, Guide after) {
                           SameSlope(centre, after));
 }
 
+// The sum of the history's luminances over the workgroup, from which update_exposure chooses the
+// scale that reproject compresses with. Here, since the history is complete before this frame.
+void MeasureHistory(ivec2 p) {
+  vec4 luminance = vec4(0.0f);
+  for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
+    luminance += AtComponent(s, texelFetch(history, ivec3(p, s), 0).x);
+  }
+  luminance = SumOfGroup(luminance);
+  if (gl_LocalInvocationIndex == 0u) {
+    history_sums[GroupIndex()] = luminance;
+  }
+}
+
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
+  if (with_compressed != 0 && has_history != 0) {
+    MeasureHistory(p);  // before invocations go different ways
+  }
   if (!Inside(p)) {
     return;
   }

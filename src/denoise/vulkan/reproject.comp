@@ -8,8 +8,8 @@
 // weights lie in registers, and the four usual taps are loaded before the first is used, so that
 // their latencies overlap.
 #include "denoise/vulkan/common.glsl"
+#include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/reproject_shared.h"
-#include "denoise/vulkan/reduce.glsl"
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -135,13 +135,22 @@ struct History {
   float compressed;
 };
 
+// A compressed luminance of the history under this frame's scale. Before taps are mixed: a mean
+// cannot be rescaled.
+float RescaledCompressed(float c, int s) {
+  return old_compressed_scale[s] > 0.0f && old_compressed_scale[s] != compressed_scale[s]
+             ? RescaleCompressed(c, old_compressed_scale[s], compressed_scale[s])
+             : c;
+}
+
 History LoadHistory(ivec2 q, int s) {
   ivec3 at = ivec3(ClampToPicture(q), s);
   History h;
   h.moments = texelFetch(moments, at, 0);
   h.colour = texelFetch(colour, at, 0);
   h.behind = with_behind != 0 ? texelFetch(behind, at, 0) : vec4(0.0f);
-  h.compressed = with_compressed != 0 ? texelFetch(compressed, at, 0).x : 0.0f;
+  h.compressed =
+      with_compressed != 0 ? RescaledCompressed(texelFetch(compressed, at, 0).x, s) : 0.0f;
   return h;
 }
 
@@ -217,25 +226,8 @@ void Fetch(Taps taps, float confidence, ivec2 p, int s) {
   }
 }
 
-// The sum of the last frame's luminances over the workgroup, which update_compression reads.
-void MeasureHistory(ivec2 p) {
-  vec4 luminance = vec4(0.0f);
-  if (Inside(p)) {
-    for (int s = 0; s < SignalCount(); ++s) {
-      luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x * exposure_ratio[s]);
-    }
-  }
-  luminance = SumOfGroup(luminance);
-  if (gl_LocalInvocationIndex == 0u) {
-    partials[2u * GroupIndex() + 1u] = luminance;
-  }
-}
-
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  if (with_compressed != 0) {
-    MeasureHistory(p);  // before invocations go different ways
-  }
   if (!Inside(p)) {
     return;
   }

@@ -11,11 +11,11 @@
 /// and of the partial sums
 #define STILLRAY_DENOISE_SHADERS(X)                                       \
   X(MeasureLight, "demodulate", 0, 0, 0, 0, kNone, kWritten)              \
-  X(UpdateExposure, "demodulate", 0, 0, 0, 4, kBoth, kBoth)               \
-  X(PrepareGuides, "prepare_guides", 0, 3, 0, 0, kWritten, kNone)         \
+  X(UpdateExposure, "demodulate", 0, 0, 1, 8, kBoth, kBoth)               \
+  X(PrepareGuides, "prepare_guides", 1, 3, 1, 0, kWritten, kNone)         \
   X(Demodulate, "demodulate", 0, 2, 0, 0, kBoth, kBoth)                   \
   X(SuppressFireflies, "suppress_fireflies", 1, 1, 0, 0, kNone, kWritten) \
-  X(Reproject, "reproject", 8, 4, 0, 0, kRead, kWritten)                  \
+  X(Reproject, "reproject", 8, 4, 0, 0, kRead, kNone)                     \
   X(UpdateCompression, "limit_history", 0, 0, 0, 4, kBoth, kRead)         \
   X(CompareHistory, "limit_history", 5, 4, 0, 0, kRead, kNone)            \
   X(CorrectHistory, "limit_history", 2, 2, 0, 0, kNone, kNone)            \

@@ -3,7 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The luminances that limit_history compresses with (one workgroup): see CompressionScale.
+// The luminances that limit_history compresses with (one workgroup), of the first frame: see
+// CompressionScale. Those of later frames are chosen by update_exposure.
 #define LOCAL_SIZE_X 256
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"
@@ -15,12 +16,11 @@ layout(push_constant) uniform Push {
 };
 
 void main() {
-  vec4 sum = SumOfPartials(groups, has_history != 0 ? 1u : 0u);
+  vec4 sum = SumOfPartials(groups, 0u);
   if (gl_LocalInvocationIndex == 0u) {
     for (int s = 0; s < 4; ++s) {
       float mean = sum[s] / (float(width) * float(height)) / exposure[s];
-      old_compressed_scale[s] = compressed_scale[s];
-      compressed_scale[s] = CompressionScale(compressed_scale[s], max(mean, 1e-20f));
+      compressed_scale[s] = CompressionScale(0.0f, max(mean, 1e-20f));
     }
   }
 }

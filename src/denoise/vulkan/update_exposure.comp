@@ -10,9 +10,15 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/exposure_shared.h"
 #include "denoise/vulkan/reduce.glsl"
+#include "denoise/stages/limit_history_shared.h"
+
+layout(set = 1, binding = 0, std430) readonly buffer HistorySums {
+  vec4 history_sums[];  // see prepare_guides.comp
+};
 
 layout(push_constant) uniform Push {
-  uint groups;
+  uint groups;          // of measure_light
+  uint history_groups;  // of prepare_guides
 };
 
 shared uint bins[STILLRAY_LIGHT_BINS];
@@ -45,6 +51,29 @@ float MeanLight() {
   return measured > 0u ? sum / float(measured) : 0.0f;
 }
 
+// Luminances of the history, as they are stored.
+vec4 SumOfHistory() {
+  vec4 sum = vec4(0.0f);
+  if (with_compressed != 0 && has_history != 0) {
+    const uint kThreads = LOCAL_SIZE_X * LOCAL_SIZE_Y;
+    for (uint i = gl_LocalInvocationIndex; i < history_groups; i += kThreads) {
+      sum += history_sums[i];
+    }
+  }
+  return SumOfGroup(sum);
+}
+
+// stored: mean luminance of the history of signal s, times its exposure
+void UpdateCompression(int s, float stored, float old_exposure) {
+  old_compressed_scale[s] = compressed_scale[s];
+  if (has_history == 0) {
+    compressed_scale[s] = 0.0f;  // update_compression chooses it from the new light
+  } else if (with_compressed != 0) {
+    compressed_scale[s] =
+        CompressionScale(compressed_scale[s], max(stored / max(old_exposure, 1e-30f), 1e-20f));
+  }
+}
+
 void main() {
   uint bin = gl_LocalInvocationIndex;
   bins[bin] = light_bins[bin];
@@ -53,6 +82,7 @@ void main() {
   float mean_light = MeanLight();
   vec4 light = SumOfPartials(groups, 0u);
   vec4 other = SumOfPartials(groups, 1u);
+  vec4 of_history = SumOfHistory();
   if (gl_LocalInvocationIndex != 0u) {
     return;
   }
@@ -64,9 +94,7 @@ void main() {
     exposure[s] = chosen;
     exposure_ratio[s] = old > 0.0f ? chosen / old : 1.0f;
     brightness += mean;
-    if (has_history == 0) {
-      compressed_scale[s] = 0.0f;
-    }
+    UpdateCompression(s, of_history[s] / (float(width) * float(height)), old);
   }
   float old = has_picture != 0 ? picture_exposure : 0.0f;
   picture_exposure = ChooseExposure(old, brightness);
