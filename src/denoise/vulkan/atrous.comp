@@ -99,7 +99,7 @@ void PassThrough(ivec2 p) {
     } else if (kOutput == kAtrousPilot) {
       result = MixPilot(p, s, own, own.xyz, VarianceOf(own.w));
     }
-    imageStore(light_out, ivec3(p, s), result);
+    imageStore(light_out, ivec3(p, s), Stored(result));
   }
 }
 
