@@ -245,7 +245,10 @@ TEST(Formulas, ComparisonNoise) {
   // Twenty samples: the square root of 20 / 8.
   const double caution = 1.5811388;
   EXPECT_NEAR(ComparisonNoise(2.1f, 1, 20, 2, 0.19f, 0.05f), caution * 0.2 * 1.05, 1e-6);
-  EXPECT_NEAR(ComparisonNoise(2.1f, 4, 20, 2, 0.19f, 0.05f), caution * 0.2 * (0.25 + 0.05), 1e-6);
+  EXPECT_NEAR(ComparisonNoise(2.1f, 4, 20, 2, 0.19f, 0.05f), 0.2 * (0.25 + 0.05), 1e-6)
+      << "five frames of four samples are not steady";
+  EXPECT_NEAR(ComparisonNoise(2.1f, 4, 80, 2, 0.19f, 0.05f), caution * 0.2 * (0.25 + 0.05), 1e-6)
+      << "twenty frames";
   EXPECT_NEAR(ComparisonNoise(3, 1, 20, 2, 0.19f, 0.05f), caution, 1e-6) << "the difference itself";
   EXPECT_NEAR(ComparisonNoise(2.1f, 1, 8, 2, 0.19f, 0.05f), 0.2 * 1.05, 1e-6);
   EXPECT_EQ(ComparisonNoise(3, 1, 2, 2.5f, 0.19f, 0.5f), 0.25f) << "a short history has no other";

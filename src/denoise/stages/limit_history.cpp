@@ -110,12 +110,14 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     const VF n = hn::LoadU(d, light.samples.Row(y) + x);
     const VF l = hn::LoadU(d, light.colour[0].Row(y) + x);
     const MF both = hn::And(InRow(x, width), hn::And(hn::Gt(n, zero), hn::Gt(length, zero)));
-    const VF spread = hn::Add(hn::Div(one, hn::Max(n, one)), weights2);
+    const VF per_n = hn::Div(one, hn::Max(n, one));
+    const VF spread = hn::Add(per_n, weights2);
     const VF least = hn::Max(hn::Sub(one, weights2), hn::Set(d, 0.25f));
     const VF difference = hn::Sub(l, mean);
     const VF by_moments = hn::IfThenElseZero(hn::Ge(length, hn::Set(d, kLengthWithVariance)),
                                              hn::Mul(hn::Div(variance, least), spread));
-    const VF caution = hn::Sqrt(hn::Max(hn::Mul(length, hn::Set(d, 1.0f / kSteadyLength)), one));
+    const VF frames = hn::Mul(length, per_n);
+    const VF caution = hn::Sqrt(hn::Max(hn::Mul(frames, hn::Set(d, 1.0f / kSteadyFrames)), one));
     const VF noise = hn::Mul(caution, hn::Max(by_moments, hn::Mul(difference, difference)));
     const VF single = SampleVariance(then, mean, variance, scale);
     const VF positive = hn::Max(l, zero);

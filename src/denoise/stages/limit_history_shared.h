@@ -71,10 +71,11 @@ const float kLeastComparedWeight = 1e-3f;
 const float kLengthWithVariance = 4.0f - 1e-3f;
 
 // Light that has been steady for long is less likely to change, and every correction adds noise of
-// the present to a history that has little.
-const float kSteadyLength = 8.0f;
-SHARED_FN float ComparisonCaution(float length) {
-  return sqrt(max(length / kSteadyLength, 1.0f));
+// the present to a history that has little. Long means frames: a history of `length` samples has
+// that many of n.
+const float kSteadyFrames = 8.0f;
+SHARED_FN float ComparisonCaution(float length, float n) {
+  return sqrt(max(length / (max(n, 1.0f) * kSteadyFrames), 1.0f));
 }
 
 // Expected squared difference between present and history, from n samples and a history with these
@@ -87,7 +88,7 @@ SHARED_FN float ComparisonNoise(float present, float n, float length, float mean
   float single = variance / max(1.0f - weights2, 0.25f);
   float noise = single * (1.0f / max(n, 1.0f) + weights2);
   float d = present - mean;
-  return ComparisonCaution(length) * max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
+  return ComparisonCaution(length, n) * max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
 }
 
 // Expected squared difference d between compressed luminances of present and history, `single` the
