@@ -261,6 +261,14 @@ TEST(Formulas, CompressedNoise) {
   EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f), 0.25 * 0.16, 1e-7) << "of the difference";
 }
 
+TEST(Formulas, BiasOfFrame) {
+  // Four samples have a quarter of the variance.
+  EXPECT_EQ(BiasOfFrame(0.5f, 4), 2);
+  EXPECT_EQ(BiasOfFrame(0.5f, 1), 0.5f);
+  EXPECT_EQ(BiasOfFrame(0.5f, 0), 0.5f) << "the least that a frame has";
+  EXPECT_EQ(BiasOfFrame(kMostBias, 64), kMostBias) << "halves hold it";
+}
+
 TEST(Formulas, ScaledCompressed) {
   for (const float l : {0.0f, 0.1f, 1.0f, 30.0f}) {
     for (const float ratio : {0.5f, 1.0f, 1.7f}) {

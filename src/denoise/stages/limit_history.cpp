@@ -240,9 +240,12 @@ void LimitHistoryRows(std::span<const LimitedSignal> signals, const GuidePlanes&
       InterpolateBlocks<2>(compared.valid, {&compared.ratio, &compared.bias}, {1.0f, 0.0f}, y,
                            scratch, kBlockWeights, kRatioRow);
       for (int x = 0; x < width; x += LaneCount()) {
-        const MF sampled = hn::Gt(hn::LoadU(d, signal.samples->Row(y) + x), hn::Zero(d));
+        const VF n = hn::LoadU(d, signal.samples->Row(y) + x);
+        const MF sampled = hn::Gt(n, hn::Zero(d));
         const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
-        const VF bias = hn::LoadU(d, scratch.Row(kBiasRow) + x);
+        const VF bias =  // BiasOfFrame
+            hn::Min(hn::Mul(hn::LoadU(d, scratch.Row(kBiasRow) + x), hn::Max(n, one)),
+                    hn::Set(d, kMostBias));
         StreamInRow(d, hn::IfThenElse(sampled, ratio, one), signal.ratio->Row(y), x, width);
         StreamInRow(d, hn::IfThenElseZero(sampled, bias), signal.bias->Row(y), x, width);
       }

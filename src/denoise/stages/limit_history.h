@@ -107,7 +107,7 @@ struct LimitedSignal {
   const ComparedPlanes* compared;
   const Image1* samples;  ///< of the new light
   Image1* ratio;          ///< result: HistoryRatio of pixels with samples, else 1
-  Image1* bias;           ///< result: RelativeBias of pixels with samples, else 0
+  Image1* bias;           ///< result: BiasOfFrame of pixels with samples, else 0
 };
 
 /// Interpolates ratio and bias to the pixels, from the blocks around them with a similar surface.

@@ -104,7 +104,7 @@ void LimitPixel(const LimitedSignal& signal, const GuidePlanes& coarse, const Gu
   }
   if (sum > kLeastComparedWeight) {
     (*signal.ratio)(x, y) = sum_ratio / sum;
-    (*signal.bias)(x, y) = sum_bias / sum;
+    (*signal.bias)(x, y) = BiasOfFrame(sum_bias / sum, (*signal.samples)(x, y));
   }
 }
 

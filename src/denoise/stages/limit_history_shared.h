@@ -47,7 +47,8 @@ SHARED_FN float CompressionScale(float history_scale, float mean_luminance) {
   return near_by ? history_scale : max(mean_luminance, 1e-20f);
 }
 
-// The history length to which a Kalman filter would reduce a history with this relative bias.
+// The history length to which a Kalman filter would reduce a history with this relative bias, which
+// is that of BiasOfFrame.
 SHARED_FN float LimitedLength(float length, float weights2, float bias, float gain) {
   float limit = 1.0f / max(weights2 + gain * bias, 1e-6f);
   return bias > 0.0f ? min(length, limit) : length;
@@ -132,6 +133,13 @@ const float kMostBias = 1000.0f;
 SHARED_FN float RelativeBias(float d, float noise, float variance, float dead) {
   float excess = max(0.0f, d * d - (1.0f + dead) * noise);
   return min(excess / max(variance, 1e-8f), kMostBias);
+}
+
+// The same relative to the variance of the mean of this frame's n samples. By LimitedLength in
+// samples a Kalman filter would not have the factor; it is measured (docs/denoiser.md): the less
+// noise a frame has, the more of its error is lag.
+SHARED_FN float BiasOfFrame(float bias, float n) {
+  return min(bias * max(n, 1.0f), kMostBias);
 }
 
 SHARED_END

@@ -95,7 +95,7 @@ int TileResidues(int step) {
   return std::gcd(step, kMostTileResidues);
 }
 
-/// By the last constant, the step: 0 without tiles, which know it when the pipeline is made.
+/// By the last constant: the step of tiles, or 0.
 Shader AtrousShader(std::span<const uint32_t> constants) {
   return constants.back() != 0 ? Shader::kAtrousTile : Shader::kAtrous;
 }
@@ -321,6 +321,8 @@ void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParamete
   recorder->Barrier();  // the previous frame may still read them
   context_->vk.CmdUpdateBuffer(recorder->commands(), images_.parameters->buffer, 0,
                                sizeof(parameters), &parameters);
+  static_assert(offsetof(FrameState, bad_guides) ==
+                offsetof(FrameState, non_finite) + 2 * sizeof(uint32_t));
   context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer,
                              offsetof(FrameState, non_finite), 3 * sizeof(uint32_t), 0);
 }

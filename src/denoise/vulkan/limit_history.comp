@@ -27,7 +27,8 @@ void main() {
   BlocksAround around = FindBlocksAround(p, surface);
   for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(p, s);
-    bool has_samples = surface.inverse_depth > 0.0f && texelFetch(noisy, at, 0).w > 0.0f;
+    float n = texelFetch(noisy, at, 0).w;
+    bool has_samples = surface.inverse_depth > 0.0f && n > 0.0f;
     vec3 sum = vec3(0.0f);  // ratio, bias, weight
     [[unroll]] for (int k = 0; k < 4; ++k) {
       if (!(around.weight[k] > 0.0f)) {
@@ -43,6 +44,7 @@ void main() {
     }
     bool similar = has_samples && sum.z > kLeastComparedWeight;
     vec2 result = similar ? sum.xy / sum.z : vec2(1.0f, 0.0f);
+    result.y = BiasOfFrame(result.y, n);
     imageStore(compared_out, at, Stored(vec4(result, 0.0f, 0.0f)));
   }
 }
