@@ -56,8 +56,16 @@ vec4 SumOfHistory() {
   vec4 sum = vec4(0.0f);
   if (with_compressed != 0 && has_history != 0) {
     const uint kThreads = LOCAL_SIZE_X * LOCAL_SIZE_Y;
-    for (uint i = gl_LocalInvocationIndex; i < history_groups; i += kThreads) {
-      sum += history_sums[i];
+    const uint kLoads = 8u;  // in flight together, as in SumOfPartials
+    for (uint first = gl_LocalInvocationIndex; first < history_groups; first += kLoads * kThreads) {
+      vec4 loaded[kLoads];
+      [[unroll]] for (uint i = 0u; i < kLoads; ++i) {
+        uint group = first + i * kThreads;
+        loaded[i] = group < history_groups ? history_sums[group] : vec4(0.0f);
+      }
+      [[unroll]] for (uint i = 0u; i < kLoads; ++i) {
+        sum += loaded[i];
+      }
     }
   }
   return SumOfGroup(sum);
