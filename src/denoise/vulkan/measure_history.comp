@@ -11,11 +11,7 @@ layout(set = 1, binding = 0) uniform texture2DArray colour;
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  vec4 luminance = vec4(0.0f);
-  for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
-    luminance += AtComponent(s, texelFetch(colour, ivec3(p, s), 0).x);
-  }
-  luminance = SumOfGroup(luminance);
+  vec4 luminance = SumOfGroup(LuminancesAt(colour, p));
   if (gl_LocalInvocationIndex == 0u) {
     partials[2u * GroupIndex()] = luminance;
   }

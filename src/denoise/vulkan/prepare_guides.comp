@@ -58,11 +58,7 @@ float Slope(Guide before, Guide centre, Guide after) {
 // The sum of the history's luminances over the workgroup, from which update_exposure chooses the
 // scale that reproject compresses with. Here, since the history is complete before this frame.
 void MeasureHistory(ivec2 p) {
-  vec4 luminance = vec4(0.0f);
-  for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
-    luminance += AtComponent(s, texelFetch(history, ivec3(p, s), 0).x);
-  }
-  luminance = SumOfGroup(luminance);
+  vec4 luminance = SumOfGroup(LuminancesAt(history, p));
   if (gl_LocalInvocationIndex == 0u) {
     history_sums[GroupIndex()] = luminance;
   }

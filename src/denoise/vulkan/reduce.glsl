@@ -7,6 +7,15 @@ vec4 AtComponent(int i, float value) {
   return vec4(equal(ivec4(i), ivec4(0, 1, 2, 3))) * value;
 }
 
+// The luminances of all signals at a pixel of stored light; 0 outside.
+vec4 LuminancesAt(texture2DArray light, ivec2 p) {
+  vec4 luminance = vec4(0.0f);
+  for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
+    luminance += AtComponent(s, texelFetch(light, ivec3(p, s), 0).x);
+  }
+  return luminance;
+}
+
 // Sums over a workgroup, always in the same order.
 shared vec4 reduce_scratch[LOCAL_SIZE_X * LOCAL_SIZE_Y];
 
