@@ -3,7 +3,9 @@
 #include "core/second_moments.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <map>
 
 #include "core/colour.h"
 #include "core/guides.h"
@@ -12,9 +14,21 @@
 namespace stillray {
 namespace {
 
-/// Of the window of results.
+/// Of windows that may show several surfaces.
 constexpr int kRadius = 2;
 constexpr int kCoefficient[3] = {1, -2, 1};
+/// The neighbours of a pixel, and the directions of lines through it: the first four of them.
+constexpr int kNeighbours = 8;
+constexpr int kDirections = 4;
+constexpr int kOffset[kNeighbours][2] = {{1, 0},  {0, 1},  {1, 1},   {1, -1},
+                                         {-1, 0}, {0, -1}, {-1, -1}, {-1, 1}};
+/// Cosine between the normals of one smooth surface, and its largest second difference of inverse
+/// depth, relative to that.
+constexpr float kLeastCosine = 0.99f;
+constexpr float kMostCurvature = 0.005f;
+/// A pixel of so many samples counts for all of its own difference, of more for less: the mean of
+/// many samples is hardly ever far from the others by chance.
+constexpr float kSamplesOfOwn = 4;
 
 bool HasSeveral(const Image1& samples) {
   for (int y = 0; y < samples.height(); ++y) {
@@ -43,56 +57,279 @@ Image1 Luminance(const Frame& frame, const Signal& signal) {
   return luminance;
 }
 
-/// Squares of filtered light, and the variances that samples of variance 1 would give them; both 0
-/// where a pixel is missing.
-struct Residuals {
-  Image1 square;
-  Image1 variance;
-};
+/// Which pixels around each show its surface. Bit k: neighbour k does; bit kNeighbours + k: so do
+/// the two in direction k and opposite, and the three lie in a line.
+using Surroundings = Plane<uint16_t>;
 
-/// \param variances  of the light of each pixel, if a sample has the variance 1
-Residuals FilterLight(const Image1& luminance, const Image1& variances) {
-  const int width = luminance.width();
-  const int height = luminance.height();
-  Residuals residuals = {Image1(width, height), Image1(width, height)};
-  ForEachPixel(width, height, [&](int x, int y) {
-    if (x == 0 || y == 0 || x == width - 1 || y == height - 1) {
-      return;
-    }
-    float sum = 0;
-    float variance = 0;
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const auto c = static_cast<float>(kCoefficient[dx + 1] * kCoefficient[dy + 1]);
-        sum += c * luminance(x + dx, y + dy);
-        variance += c * c * variances(x + dx, y + dy);
-      }
-    }
-    if (std::isfinite(sum * sum) && std::isfinite(variance)) {
-      residuals.square(x, y) = sum * sum;
-      residuals.variance(x, y) = variance;
-    }
-  });
-  return residuals;
+/// Whether both neighbours in direction k show the pixel's surface.
+bool HasPair(unsigned surroundings, int k) {
+  const unsigned both = 1u << k | 1u << (k + kDirections);
+  return (surroundings & both) == both;
 }
 
-/// Sums over 2 kRadius + 1 pixels in each direction.
-Image1 WindowSums(const Image1& plane) {
-  const int width = plane.width();
-  const int height = plane.height();
-  Image1 rows(width, height);
+/// NaN if either is zero.
+float CosineBetween(const Image3& normal, int x0, int y0, int x1, int y1) {
+  const vec3 a = VectorAt(normal, x0, y0);
+  const vec3 b = VectorAt(normal, x1, y1);
+  return dot(a, b) / std::sqrt(dot(a, a) * dot(b, b));
+}
+
+bool HaveOneNormal(const Image3& normal, int x0, int y0, int x1, int y1) {
+  return normal.empty() || CosineBetween(normal, x0, y0, x1, y1) > kLeastCosine;
+}
+
+bool HaveOneId(const Plane<uint32_t>& id, int x0, int y0, int x1, int y1) {
+  return id.empty() || id(x0, y0) == id(x1, y1);
+}
+
+/// Whether two pixels show one surface, and in it an image of one.
+bool AreAlike(const Guides& guides, const VirtualGuides& image, int x0, int y0, int x1, int y1) {
+  if (!IsSurface(guides.depth(x0, y0)) || !IsSurface(guides.depth(x1, y1)) ||
+      !HaveOneId(guides.id, x0, y0, x1, y1) || !HaveOneNormal(guides.normal, x0, y0, x1, y1)) {
+    return false;
+  }
+  if (image.empty()) {
+    return true;
+  }
+  const float z0 = image.depth(x0, y0);
+  const float z1 = image.depth(x1, y1);
+  const bool same_kind = (z0 > 0) == (z1 > 0) && std::isfinite(z0) == std::isfinite(z1);
+  return same_kind && (!IsSurface(z0) || (HaveOneId(image.id, x0, y0, x1, y1) &&
+                                          HaveOneNormal(image.normal, x0, y0, x1, y1)));
+}
+
+/// Whether the inverse of depth is linear over three pixels in a line. True where it is 0.
+bool IsStraight(const Image1& depth, int x, int y, const int (&offset)[2]) {
+  const auto inverse = [&](int i, int j) {
+    return IsSurface(depth(i, j)) ? 1.0f / depth(i, j) : 0.0f;
+  };
+  const float middle = inverse(x, y);
+  const float bend =
+      inverse(x - offset[0], y - offset[1]) - 2 * middle + inverse(x + offset[0], y + offset[1]);
+  return std::abs(bend) <= kMostCurvature * middle;
+}
+
+Surroundings FindSurroundings(const Guides& guides, const VirtualGuides& image) {
+  const int width = guides.depth.width();
+  const int height = guides.depth.height();
+  Surroundings found(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
-    for (int i = std::max(x - kRadius, 0); i <= std::min(x + kRadius, width - 1); ++i) {
-      rows(x, y) += plane(i, y);
+    unsigned bits = 0;
+    for (int k = 0; k < kNeighbours; ++k) {
+      const int i = x + kOffset[k][0];
+      const int j = y + kOffset[k][1];
+      const bool inside = i >= 0 && j >= 0 && i < width && j < height;
+      bits |= inside && AreAlike(guides, image, x, y, i, j) ? 1u << k : 0u;
     }
+    for (int k = 0; k < kDirections; ++k) {
+      if (HasPair(bits, k) && IsStraight(guides.depth, x, y, kOffset[k]) &&
+          (image.empty() || IsStraight(image.depth, x, y, kOffset[k]))) {
+        bits |= 1u << (kNeighbours + k);
+      }
+    }
+    found(x, y) = static_cast<uint16_t>(bits);
   });
-  Image1 sums(width, height);
+  return found;
+}
+
+/// The square of filtered light, and the variance of its root if a sample has the variance 1; a
+/// variance of 0 where a pixel is missing.
+struct Residual {
+  float square = 0;
+  float variance = 0;
+};
+
+Residual Usable(float root, float variance) {
+  const float square = root * root;
+  return std::isfinite(square) && std::isfinite(variance) ? Residual{square, variance} : Residual();
+}
+
+/// The light of one signal, and its variance if a sample has the variance 1.
+struct MeanLight {
+  Image1 luminance;  ///< NaN: missing
+  const Image1& variance;
+};
+
+/// (1 -2 1) across and down. Not for pixels on the picture's edge.
+Residual FilterBlock(const MeanLight& light, int x, int y) {
+  float root = 0;
+  float variance = 0;
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      const auto c = static_cast<float>(kCoefficient[dx + 1] * kCoefficient[dy + 1]);
+      root += c * light.luminance(x + dx, y + dy);
+      variance += c * c * light.variance(x + dx, y + dy);
+    }
+  }
+  return Usable(root, variance);
+}
+
+float SumOfEnds(const Image1& plane, int x, int y, const int (&offset)[2]) {
+  return plane(x - offset[0], y - offset[1]) + plane(x + offset[0], y + offset[1]);
+}
+
+/// (1 -2 1) along a line.
+Residual FilterLine(const MeanLight& light, int x, int y, const int (&offset)[2]) {
+  return Usable(SumOfEnds(light.luminance, x, y, offset) - 2 * light.luminance(x, y),
+                SumOfEnds(light.variance, x, y, offset) + 4 * light.variance(x, y));
+}
+
+/// FilterBlock around each pixel.
+Plane<Residual> FilterBlocks(const MeanLight& light) {
+  const int width = light.luminance.width();
+  const int height = light.luminance.height();
+  Plane<Residual> blocks(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
-    for (int i = std::max(y - kRadius, 0); i <= std::min(y + kRadius, height - 1); ++i) {
-      sums(x, y) += rows(x, i);
-    }
+    const bool inside = x > 0 && y > 0 && x < width - 1 && y < height - 1;
+    blocks(x, y) = inside ? FilterBlock(light, x, y) : Residual();
   });
-  return sums;
+  return blocks;
+}
+
+constexpr float kUnknown = -1;
+
+/// The variance of a sample from 3x3 pixels of one smooth surface; kUnknown without such.
+float EstimateOnSurface(const MeanLight& light, const Residual& block, unsigned surroundings, int x,
+                        int y) {
+  const unsigned lines = surroundings >> kNeighbours;
+  if (lines == (1u << kDirections) - 1) {
+    return block.variance > 0 ? block.square / block.variance : kUnknown;
+  }
+  float sum = 0;
+  int count = 0;
+  for (int k = 0; k < kDirections; ++k) {
+    const Residual line = (lines >> k & 1) != 0 ? FilterLine(light, x, y, kOffset[k]) : Residual();
+    if (line.variance > 0) {
+      sum += line.square / line.variance;
+      ++count;
+    }
+  }
+  return count > 0 ? sum / static_cast<float>(count) : kUnknown;
+}
+
+/// What a pixel's own difference from its neighbours on the surface estimates; 0 without any. Pairs
+/// of opposite ones, in which slopes cancel, where there are some.
+float EstimateByItself(const MeanLight& light, unsigned surroundings, int x, int y) {
+  constexpr unsigned kAll = (1u << kNeighbours) - 1;
+  unsigned present = surroundings & kAll;
+  for (int k = 0; k < kNeighbours; ++k) {
+    if ((present >> k & 1) != 0 &&
+        std::isnan(light.luminance(x + kOffset[k][0], y + kOffset[k][1]))) {
+      present &= ~(1u << k);
+    }
+  }
+  const unsigned opposite = (present << kDirections | present >> kDirections) & kAll;
+  const unsigned paired = present & opposite;
+  const unsigned used = paired != 0 ? paired : present;
+  float sum = 0;
+  float variance = 0;
+  for (int k = 0; k < kNeighbours; ++k) {
+    if ((used >> k & 1) != 0) {
+      sum += light.luminance(x + kOffset[k][0], y + kOffset[k][1]);
+      variance += light.variance(x + kOffset[k][0], y + kOffset[k][1]);
+    }
+  }
+  const auto count = static_cast<float>(std::popcount(used));
+  if (count == 0) {
+    return 0;
+  }
+  const Residual own = Usable(light.luminance(x, y) - sum / count,
+                              light.variance(x, y) + variance / (count * count));
+  return own.variance > 0 ? own.square / own.variance : 0.0f;
+}
+
+/// Calls body(i, j) for the pixels of the picture within kRadius of (x, y) in both directions.
+template <typename T, typename Body>
+void ForWindow(const Plane<T>& picture, int x, int y, const Body& body) {
+  for (int j = std::max(y - kRadius, 0); j <= std::min(y + kRadius, picture.height() - 1); ++j) {
+    for (int i = std::max(x - kRadius, 0); i <= std::min(x + kRadius, picture.width() - 1); ++i) {
+      body(i, j);
+    }
+  }
+}
+
+/// The mean of those estimates that are not kUnknown.
+struct KnownMean {
+  float sum = 0;
+  int count = 0;
+
+  void Add(float estimate) {
+    if (estimate >= 0) {
+      sum += estimate;
+      ++count;
+    }
+  }
+  float Value() const { return count > 0 ? sum / static_cast<float>(count) : kUnknown; }
+};
+
+float MeanOnSurface(const Image1& estimates, unsigned surroundings, int x, int y) {
+  KnownMean mean;
+  mean.Add(estimates(x, y));
+  for (int k = 0; k < kNeighbours; ++k) {
+    if ((surroundings >> k & 1) != 0) {
+      mean.Add(estimates(x + kOffset[k][0], y + kOffset[k][1]));
+    }
+  }
+  return mean.Value();
+}
+
+float MeanAround(const Image1& estimates, int x, int y) {
+  KnownMean mean;
+  ForWindow(estimates, x, y, [&](int i, int j) { mean.Add(estimates(i, j)); });
+  return mean.Value();
+}
+
+/// From 5x5 blocks, whatever they show; 0 where all miss a pixel.
+float EstimateAnyhow(const Plane<Residual>& blocks, int x, int y) {
+  Residual sum;
+  ForWindow(blocks, x, y, [&](int i, int j) {
+    sum.square += blocks(i, j).square;
+    sum.variance += blocks(i, j).variance;
+  });
+  return sum.variance > 0 ? sum.square / sum.variance : 0.0f;
+}
+
+/// The variance of single samples.
+Image1 EstimateVariance(const MeanLight& light, const Surroundings& surroundings) {
+  const int width = light.luminance.width();
+  const int height = light.luminance.height();
+  const Plane<Residual> blocks = FilterBlocks(light);
+  Image1 estimates(width, height);
+  ForEachPixel(width, height, [&](int x, int y) {
+    estimates(x, y) = EstimateOnSurface(light, blocks(x, y), surroundings(x, y), x, y);
+  });
+  Image1 variance(width, height);
+  ForEachPixel(width, height, [&](int x, int y) {
+    if (std::isnan(light.luminance(x, y))) {
+      return;
+    }
+    const unsigned around = surroundings(x, y);
+    float v = MeanOnSurface(estimates, around, x, y);
+    if (v < 0) {
+      v = MeanAround(estimates, x, y);
+    }
+    if (v < 0) {
+      v = EstimateAnyhow(blocks, x, y);
+    }
+    const float share = std::min(kSamplesOfOwn * light.variance(x, y), 1.0f);
+    variance(x, y) = std::max(v, share * EstimateByItself(light, around, x, y));
+  });
+  return variance;
+}
+
+/// The virtual guides of light of this kind; empty for diffuse light.
+const VirtualGuides& ImageOf(const Frame& frame, SignalKind kind) {
+  static const VirtualGuides kNone;
+  switch (kind) {
+    case SignalKind::kDirectSpecular:
+    case SignalKind::kIndirectSpecular:
+      return frame.reflection;
+    case SignalKind::kDirectTransmission:
+    case SignalKind::kIndirectTransmission:
+      return frame.refraction;
+    default:
+      return kNone;
+  }
 }
 
 }  // namespace
@@ -101,26 +338,29 @@ void EstimateSecondMoments(Frame* frame) {
   if (frame->samples.empty() || !HasSeveral(frame->samples)) {
     return;
   }
-  Image1 inverse(frame->width, frame->height);
-  ForEachPixel(frame->width, frame->height,
-               [&](int x, int y) { inverse(x, y) = 1.0f / frame->samples(x, y); });
+  const int width = frame->width;
+  const int height = frame->height;
+  Image1 inverse(width, height);
+  ForEachPixel(width, height, [&](int x, int y) { inverse(x, y) = 1.0f / frame->samples(x, y); });
+  std::map<const VirtualGuides*, Surroundings> surroundings;  // by image
   for (Signal& signal : frame->signals) {
     if (!signal.second_moment.empty()) {
       continue;
     }
-    const Image1 luminance = Luminance(*frame, signal);
-    const Residuals residuals = FilterLight(luminance, inverse);
-    const Image1 squares = WindowSums(residuals.square);
-    const Image1 variances = WindowSums(residuals.variance);
-    signal.second_moment = Image1(frame->width, frame->height);
-    ForEachPixel(frame->width, frame->height, [&](int x, int y) {
-      const float l = luminance(x, y);
+    const VirtualGuides& image = ImageOf(*frame, signal.kind);
+    const auto [at, is_new] = surroundings.try_emplace(image.empty() ? nullptr : &image);
+    if (is_new) {
+      at->second = FindSurroundings(frame->guides, image);
+    }
+    const MeanLight light = {Luminance(*frame, signal), inverse};
+    const Image1 variance = EstimateVariance(light, at->second);
+    signal.second_moment = Image1(width, height);
+    ForEachPixel(width, height, [&](int x, int y) {
+      const float l = light.luminance(x, y);
       const float n = frame->samples(x, y);
-      if (std::isnan(l)) {
-        return;
+      if (!std::isnan(l)) {
+        signal.second_moment(x, y) = l * l + variance(x, y) * std::max(n - 1, 0.0f) / n;
       }
-      const float v = variances(x, y) > 0 ? squares(x, y) / variances(x, y) : 0.0f;
-      signal.second_moment(x, y) = l * l + v * std::max(n - 1, 0.0f) / n;
     });
   }
 }
