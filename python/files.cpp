@@ -167,7 +167,7 @@ void SetAlpha(const std::string& alpha, stillray::SequenceOptions* options) {
 }
 
 py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string& output,
-                      const std::string& frames, const std::string& window, bool passes,
+                      const std::string& frames, const std::string& window, int spp, bool passes,
                       const std::string& alpha, const std::string& preset,
                       const std::vector<std::pair<std::string, std::string>>& settings,
                       const std::string& motion, const std::string& cameras,
@@ -181,6 +181,11 @@ py::list DenoiseFiles(const std::vector<std::string>& inputs, const std::string&
   options.files = std::move(files.value());
   SetWindow(window, &options);
   SetMotion(motion, cameras, &options);
+  if (spp < 0) {
+    throw py::value_error(
+        fmt::format("spp is {}, expected 1 or more, or 0: as the files state", spp));
+  }
+  options.spp = spp;
   options.passes = passes;
   SetAlpha(alpha, &options);
   options.overlap = threads != 1;

@@ -98,6 +98,9 @@ struct SequenceOptions {
   /// A JSON file with the camera of every frame (docs/files.md), which counts in place of cameras
   /// in the files; or empty.
   std::string cameras = {};
+  /// Samples per pixel of files without a layer of them; 0: as many as the first file states,
+  /// else 1.
+  int spp = 0;
   bool passes = false;         ///< also write the denoised light of every light layer
   bool denoise_alpha = false;  ///< else alpha is copied
   MemoryLimit memory;

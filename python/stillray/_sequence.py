@@ -52,6 +52,7 @@ def denoise_files(
     output: Path,
     frames: str = "",
     window: str = "auto",
+    spp: int = 0,
     passes: bool = False,
     alpha: str = "keep",
     preset: str = "default",
@@ -73,6 +74,7 @@ def denoise_files(
         frames: "FIRST-LAST" or one number; all
         window: "both" for light of earlier and later frames, "past" for that of earlier ones;
             "auto": both where the sequence has no gap and memory is enough
+        spp: samples per pixel, of files that do not state them; 0: as they state, else 1
         passes: whether the denoised light of every light layer is written too
         alpha: "keep" copies alpha, "denoise" filters it as the light is
         preset, settings: as for Denoiser
@@ -101,6 +103,6 @@ def denoise_files(
     paths = [inputs] if isinstance(inputs, (str, os.PathLike)) else list(inputs)
     texts = [(name, _setting_text(value)) for name, value in settings.items()]
     return _files.denoise_files(
-        [os.fspath(path) for path in paths], os.fspath(output), frames, window, passes, alpha,
+        [os.fspath(path) for path in paths], os.fspath(output), frames, window, spp, passes, alpha,
         preset, texts, motion, "" if cameras is None else os.fspath(cameras), renderer, list(aovs), device, threads, memory_limit, resume, progress,
     )  # fmt: skip

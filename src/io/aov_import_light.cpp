@@ -95,7 +95,9 @@ void Importer::ImportPasses() {
   }
   for (Signal& signal : frame_.signals) {
     const Channel* moment = image_.Find(fmt::format("{}.second_moment.X", SignalName(signal.kind)));
-    if (layout_.renderer == "stillray" && moment != nullptr && moment->type != PixelType::kUint32) {
+    // Without the number of samples they have no meaning.
+    if (layout_.renderer == "stillray" && layout_.Find(Aov::kSamples) != nullptr &&
+        moment != nullptr && moment->type != PixelType::kUint32) {
       signal.second_moment = moment->values;
     }
   }

@@ -125,12 +125,16 @@ Status Impl::ReadFirstFile() {
         "a new one counts for {:.2f} (antialias=off: not)",
         settings.taa_alpha));
   }
-  layout.samples = SamplesFor(options, layout, file->image, settings);
-  if (layout.samples > 1) {
+  const Result<int> samples = SamplesFor(options, layout, file->image, settings);
+  STILLRAY_RETURN_IF_ERROR(samples.status());
+  layout.samples = std::max(*samples, 1);
+  if (*samples > 1 && options.spp == 0) {
     Note(
         fmt::format("the file states {} samples per pixel (--aov samples=none: each frame counts "
                     "as one)",
-                    layout.samples));
+                    *samples));
+  } else if (*samples == 0 && layout.renderer != "stillray") {
+    Note("the file does not state its samples per pixel: each frame counts as one (--spp N: as N)");
   }
   if (options.passes) {
     STILLRAY_RETURN_IF_ERROR(PassSplitter::Check(settings, layout));

@@ -70,6 +70,7 @@ std::string Impl::Fingerprint(const Device& device) const {
   if (options.window == Window::kBoth) {
     text += fmt::format("last frame (--frames) {}\n", options.files.back().input);
   }
+  text += fmt::format("spp {}\n", options.spp);
   text += fmt::format("motion {}\n", MotionSourceName(options.motion));
   if (motion.cameras) {
     text += fmt::format("cameras {} {:016x}\n", options.cameras, motion.cameras->checksum);

@@ -8,6 +8,10 @@
 #include <string_view>
 #include <vector>
 
+#include <fmt/format.h>
+
+#include "io/text.h"
+
 namespace stillray {
 namespace {
 
@@ -27,6 +31,11 @@ int StatedSamples(const ExrImage& image) {
   return most;
 }
 
+/// As the user or the first file says; 0: unknown.
+int KnownSamples(const SequenceOptions& options, const ExrImage& first) {
+  return options.spp > 0 ? options.spp : StatedSamples(first);
+}
+
 bool IsJitteredSequence(const ExrImage& first) {
   const auto jitter = first.attributes.find("jitter");
   return jitter != first.attributes.end() && jitter->second != "0 0";
@@ -37,7 +46,7 @@ bool IsJitteredSequence(const ExrImage& first) {
 /// is not. Published presets stay as they are.
 void AntialiasMixedGuides(const SequenceOptions& options, const AovLayout& layout,
                           const ExrImage& first, Settings* settings) {
-  const int samples = StatedSamples(first);
+  const int samples = KnownSamples(options, first);
   if (!layout.soft_guides || samples == 0 || !settings->limit_history || options.passes) {
     return;
   }
@@ -92,15 +101,22 @@ Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, co
   return settings;
 }
 
-int SamplesFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
-               const Settings& settings) {
+Result<int> SamplesFor(const SequenceOptions& options, const AovLayout& layout,
+                       const ExrImage& first, const Settings& settings) {
+  const AovSource* counts = layout.Find(Aov::kSamples);
+  if (options.spp > 0 && counts != nullptr) {
+    return Status::InvalidArgument(
+        fmt::format("--spp: the files have the numbers of samples in layer {} (--aov samples=none "
+                    "with --spp: not read)",
+                    io::OneLine(counts->layer)));
+  }
+  if (options.spp > 0 || counts != nullptr) {
+    return std::max(options.spp, 1);
+  }
   const std::vector<std::string>& mappings = options.aovs.mappings;
   const bool refused =
       std::find(mappings.begin(), mappings.end(), "samples=none") != mappings.end();
-  if (refused || !settings.limit_history || layout.Find(Aov::kSamples) != nullptr) {
-    return 1;
-  }
-  return std::max(StatedSamples(first), 1);
+  return refused || !settings.limit_history ? 1 : StatedSamples(first);
 }
 
 }  // namespace stillray

@@ -22,11 +22,13 @@ float AntialiasingWeight(float alpha, int samples);
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion);
 
-/// The number of samples of every pixel, of files that state it and have no layer of it; 1 if the
-/// user says samples=none. A number that is wrong, as where Cycles stops early at some pixels,
-/// still is better than 1: it scales all histories alike. Presets without limit_history, those of
-/// the papers, keep 1: their measure of noise, variance_of=frame, is better with it.
-int SamplesFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
-               const Settings& settings);
+/// The number of samples of every pixel of files without a layer of it: SequenceOptions::spp, else
+/// what the first file states; 0: unknown, which counts as 1. 1 if the user says samples=none. A
+/// number that is wrong, as where Cycles stops early at some pixels, still is better than 1: it
+/// scales all histories alike. Presets without limit_history, those of the papers, do not use what
+/// files state: their measure of noise, variance_of=frame, is better with 1.
+/// \return kInvalidArgument: spp is given for files with a layer
+Result<int> SamplesFor(const SequenceOptions& options, const AovLayout& layout,
+                       const ExrImage& first, const Settings& settings);
 
 }  // namespace stillray

@@ -573,6 +573,25 @@ TEST(AovImport, MeansOfSeveralSamplesGetSecondMoments) {
   }
 }
 
+TEST(AovImport, SecondMomentsWithoutCountsAreIgnored) {
+  const ExrImage image = OnePixel({{":RGB", {3, 3, 3}},
+                                   {"direct_diffuse:RGB", {1, 1, 1}},
+                                   {"indirect_specular:RGB", {2, 2, 2}},
+                                   {"albedo:RGB", {0.5f, 0.5f, 0.5f}},
+                                   {"specular_albedo:RGB", {0.5f, 0.5f, 0.5f}},
+                                   {"normal:XYZ", {0, 0, 1}},
+                                   {"motion:XY", {0, 0}},
+                                   {"depth:Z", {2}},
+                                   {"samples:X", {4}},
+                                   {"direct_diffuse.second_moment:X", {7}}});
+  const Result<Frame> counted = Import(image, {"stillray", {}});
+  ASSERT_TRUE(counted.ok()) << counted.status().message();
+  EXPECT_EQ(counted->Find(SignalKind::kDirectDiffuse)->second_moment(0, 0), 7);
+  const Result<Frame> alone = Import(image, {"stillray", {"samples=none"}});
+  ASSERT_TRUE(alone.ok()) << alone.status().message();
+  EXPECT_TRUE(alone->Find(SignalKind::kDirectDiffuse)->second_moment.empty());
+}
+
 TEST(AovImport, StillraysOwnFramesKeepTheirJitter) {
   ExrImage image = OnePixel({{":RGB", {3, 3, 3}},
                              {"direct_diffuse:RGB", {1, 1, 1}},

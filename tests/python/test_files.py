@@ -83,6 +83,16 @@ class FilesTest(unittest.TestCase):
         self.expect_same(self.folder / "python7", expected)
         self.assertEqual(frames[-1]["motion"], "estimate")
 
+    def test_stated_samples(self):
+        expected = self.by_command("command9", "--spp", "4")
+        stillray.denoise_files(self.paths, self.folder / "python9", spp=4)
+        self.expect_same(self.folder / "python9", expected)
+        alone = self.by_command("command10")
+        with self.assertRaises(AssertionError):
+            self.expect_same(self.folder / "python9", alone)
+        with self.assertRaisesRegex(ValueError, "spp is -1, expected 1 or more"):
+            stillray.denoise_files(self.paths, self.folder / "python10", spp=-1)
+
     def test_alpha_that_does_not_exist_is_named(self):
         for alpha, message in [("denoise", "has no alpha"), ("clean", "expected 'keep' or 'denoise'")]:
             with self.assertRaisesRegex(ValueError, message):

@@ -18,6 +18,7 @@ namespace stillray::sequence_denoiser_test {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::Contains;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -84,7 +85,7 @@ TEST_P(SequenceDenoisers, AMemoryLimitChangesNoBits) {
   SequenceHooks hooks;
   hooks.note = [&](const std::string& text) { notes.push_back(text); };
   Denoise(narrow, hooks);
-  EXPECT_THAT(notes, ElementsAre(HasSubstr("files are not read and written beside the filter")));
+  EXPECT_THAT(notes, Contains(HasSubstr("files are not read and written beside the filter")));
   ExpectSameFiles(free, narrow);
 }
 

@@ -50,13 +50,14 @@ TEST(SequenceSettings, TheViewLayerOfMostSamplesCounts) {
 }
 
 int StatedIn(const Given& given) {
-  return SamplesFor(given.options, given.layout, given.first, given.options.settings);
+  return SamplesFor(given.options, given.layout, given.first, given.options.settings).value();
 }
 
 TEST(SequenceSettings, SamplesAreThoseThatTheFileStates) {
   EXPECT_EQ(StatedIn(Mixed("16")), 16);
-  for (const char* samples : {"", "many", "0", "-4", "16x", "1"}) {
-    EXPECT_EQ(StatedIn(Mixed(samples)), 1) << samples;
+  EXPECT_EQ(StatedIn(Mixed("1")), 1);
+  for (const char* samples : {"", "many", "0", "-4", "16x"}) {
+    EXPECT_EQ(StatedIn(Mixed(samples)), 0) << samples;
   }
   Given sharp = Mixed("16");
   sharp.layout.soft_guides = false;
@@ -70,6 +71,25 @@ TEST(SequenceSettings, SamplesAreThoseThatTheFileStates) {
   Given published = Mixed("16");
   published.options.settings = PresetSettings("svgf").value();
   EXPECT_EQ(StatedIn(published), 1);
+}
+
+TEST(SequenceSettings, TheUserMayStateSamples) {
+  Given given = Mixed("");
+  given.options.spp = 8;
+  EXPECT_EQ(StatedIn(given), 8);
+  EXPECT_FLOAT_EQ(Chosen(given).taa_alpha, AntialiasingWeight(0.12f, 8));
+  Given published = given;
+  published.options.settings = PresetSettings("svgf").value();
+  EXPECT_EQ(StatedIn(published), 8);
+  Given stated = Mixed("16");
+  stated.options.spp = 8;
+  stated.options.aovs.mappings = {"samples=none"};
+  EXPECT_EQ(StatedIn(stated), 8);
+  given.layout.sources.push_back({Aov::kSamples, "counts", {"counts.X"}});
+  const Result<int> both =
+      SamplesFor(given.options, given.layout, given.first, given.options.settings);
+  EXPECT_EQ(both.status().code(), StatusCode::kInvalidArgument);
+  EXPECT_NE(both.status().message().find("layer counts"), std::string::npos);
 }
 
 TEST(SequenceSettings, OthersAreNot) {

@@ -96,6 +96,11 @@ void AddDenoiseCommand(CLI::App& app, int* exit_code) {
   command->add_option("--cameras", a->cameras,
                       "JSON file with the camera of every frame (docs/files.md), in place of "
                       "worldToCamera and worldToNDC in the files");
+  command
+      ->add_option("--spp", a->spp,
+                   "Samples per pixel, of files that do not state them; default: as Cycles and "
+                   "stillray state them, else 1")
+      ->check(CLI::Range(1, 1 << 20));
   command->add_flag(
       "--passes", a->passes,
       "Write the denoised light of every light layer (DiffDir, GlossInd, ...) too, so "

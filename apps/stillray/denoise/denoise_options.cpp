@@ -136,6 +136,7 @@ Result<DenoiseOptions> ParseDenoiseArguments(const DenoiseArguments& arguments) 
   }
   sequence.files = std::move(files.value());
   sequence.aovs = arguments.aovs;
+  sequence.spp = arguments.spp;
   sequence.passes = arguments.passes;
   sequence.denoise_alpha = arguments.alpha == "denoise";
   sequence.motion = MotionSourceOf(arguments.motion).value_or(MotionSource::kAuto);

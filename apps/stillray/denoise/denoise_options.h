@@ -30,6 +30,7 @@ struct DenoiseArguments {
   std::string cameras;
   int threads = 0;
   std::string memory_limit;
+  int spp = 0;
   bool passes = false;
   std::string alpha = "keep";
   bool resume = false;
