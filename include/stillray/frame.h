@@ -43,7 +43,9 @@ struct Signal {
   SignalKind kind = SignalKind::kDirectDiffuse;
   Image3 radiance;
   /// Mean over this frame's samples of luminance(sample / max(albedo, kAlbedoFloor))^2, Rec. 709:
-  /// the second moment within the pixel. Empty when every pixel has at most one sample.
+  /// the second moment within the pixel. Empty where every pixel has at most one sample, or where
+  /// it is unknown: the denoiser then estimates it from the pixels around (with limit_history only,
+  /// and not for frames on a device).
   Image1 second_moment;
 };
 

@@ -30,16 +30,6 @@ constexpr float kMostCurvature = 0.005f;
 /// many samples is hardly ever far from the others by chance.
 constexpr float kSamplesOfOwn = 4;
 
-bool HasSeveral(const Image1& samples) {
-  for (int y = 0; y < samples.height(); ++y) {
-    const float* row = samples.Row(y);
-    if (std::any_of(row, row + samples.width(), [](float n) { return n > 1; })) {
-      return true;
-    }
-  }
-  return false;
-}
-
 /// The luminance of light divided by its albedo; NaN where there is no sample or no surface.
 Image1 Luminance(const Frame& frame, const Signal& signal) {
   const Image3& light = signal.radiance;
@@ -334,8 +324,20 @@ const VirtualGuides& ImageOf(const Frame& frame, SignalKind kind) {
 
 }  // namespace
 
+bool LacksSecondMoments(const Frame& frame) {
+  const bool has_all = std::all_of(frame.signals.begin(), frame.signals.end(),
+                                   [](const Signal& s) { return !s.second_moment.empty(); });
+  for (int y = 0; !has_all && y < frame.samples.height(); ++y) {
+    const float* row = frame.samples.Row(y);
+    if (std::any_of(row, row + frame.samples.width(), [](float n) { return n > 1; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
 void EstimateSecondMoments(Frame* frame) {
-  if (frame->samples.empty() || !HasSeveral(frame->samples)) {
+  if (!LacksSecondMoments(*frame)) {
     return;
   }
   const int width = frame->width;

@@ -8,6 +8,10 @@
 
 namespace stillray {
 
+/// Whether a pixel has more than one sample and a signal no second moments. Nothing is read but the
+/// samples.
+bool LacksSecondMoments(const Frame& frame);
+
 /// Estimates the second moments that signals lack in frames with more than one sample in a pixel.
 /// The variance v of a sample follows from the light of the pixels around, divided by its albedo.
 /// A filter with the coefficients c_i removes whatever is linear; its result r at pixels of n_i

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "core/guides.h"
+#include "core/second_moments.h"
 #include "denoise/backend.h"
 #include "denoise/cpu/cpu_denoiser.h"
 #include "denoise/cpu/history_bytes.h"
@@ -36,7 +37,7 @@ struct Denoiser::Impl {
   std::string remark;
   Results results;
   std::vector<std::string> outputs;
-  Frame completed;  ///< a frame with all guides; empty until one comes without
+  Frame completed;  ///< a frame with all inputs; empty until one comes without
 
   const Frame& Complete(const Frame& given);
   Status CheckFuture(const Frame& frame, std::span<const SignalHistory> future) const;
@@ -45,13 +46,22 @@ struct Denoiser::Impl {
   Status RunOrFallBack(const Call& call);
 };
 
-/// The frame with substitutes for missing guides; itself if it has all.
+/// The frame with substitutes for missing guides and second moments; itself if it has all. The
+/// published presets measure noise over time alone.
 const Frame& Denoiser::Impl::Complete(const Frame& given) {
-  if (given.on_device != nullptr || HasGuides(given, settings.demodulate)) {
+  if (given.on_device != nullptr) {
+    return given;
+  }
+  const bool lacks_moments = settings.limit_history && LacksSecondMoments(given);
+  if (!lacks_moments && HasGuides(given, settings.demodulate)) {
     return given;
   }
   completed = given;
   FillMissingGuides(settings.demodulate, &completed);
+  // What is wrong with a frame is reported once, by its backend.
+  if (lacks_moments && CheckFrame(completed, settings, MotionUse()).ok()) {
+    EstimateSecondMoments(&completed);
+  }
   return completed;
 }
 

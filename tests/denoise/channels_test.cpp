@@ -45,8 +45,10 @@ Frame Colourful(int index, bool with_moments) {
   }
   if (with_moments) {
     f.samples.Fill(4);
+    for (Signal& signal : f.signals) {  // below the squared mean: no noise
+      signal.second_moment = Image1(kWidth, kHeight);
+    }
     Signal& direct = f.signals.front();
-    direct.second_moment = Image1(kWidth, kHeight);
     FillImage(&direct.second_moment, [&](int x, int y) {
       float mean = 0;
       for (const auto& [c, weight] : {std::pair{0, 0.2126f}, {1, 0.7152f}, {2, 0.0722f}}) {
@@ -70,7 +72,7 @@ Frame Grey(const Frame& frame, int channel) {
   };
   for (Signal& signal : grey.signals) {
     use(&signal.radiance);
-    if (!signal.second_moment.empty()) {  // hue is constant: channels vary in proportion
+    if (&signal == &grey.signals.front() && !signal.second_moment.empty()) {  // hue is constant: channels vary in proportion
       FillImage(&signal.second_moment, [&](int x, int y) {
         const float mean = signal.radiance[0](x, y) / frame.guides.albedo[channel](x, y);
         return 3 * mean * mean;

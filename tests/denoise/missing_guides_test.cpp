@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "core/guides.h"
+#include "core/second_moments.h"
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
 #include "stillray/denoise.hpp"
@@ -216,6 +217,84 @@ TEST(OddValues, NormalsThatAreAllZeroAreReported) {
   // Nor of one that has a normal anywhere.
   ASSERT_TRUE(d.Denoise(MakeBusyFrame(kWidth, kHeight, 1), &out).ok());
   EXPECT_EQ(out.warning, "");
+}
+
+/// A grey wall in noisy light, the mean of 8 samples, without second moments.
+Frame NoisyWall(int64_t index) {
+  Frame frame = MakeWall(kWidth, kHeight, index);
+  frame.signals.resize(1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float noise = test::Random(static_cast<uint32_t>(index), static_cast<uint32_t>(x),
+                                       static_cast<uint32_t>(y));
+      for (int c = 0; c < 3; ++c) {
+        frame.signals[0].radiance[c](x, y) = frame.guides.albedo[c](x, y) * (0.5f + noise);
+      }
+    }
+  }
+  frame.samples = Image1(kWidth, kHeight);
+  frame.samples.Fill(8);
+  return frame;
+}
+
+double SquaredError(const Image3& colour) {
+  const float albedo = MakeWall(kWidth, kHeight).guides.albedo[1](0, 0);
+  double sum = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const double d = colour[1](x, y) / albedo - 1;
+      sum += d * d / (kWidth * kHeight);
+    }
+  }
+  return sum;
+}
+
+/// The pictures of three frames, and of their estimated moments.
+void DenoiseWalls(const Settings& settings, DenoisedFrame* without, DenoisedFrame* with) {
+  Denoiser a = MakeDenoiser(settings);
+  Denoiser b = MakeDenoiser(settings);
+  for (int64_t i = 0; i < 3; ++i) {
+    Frame frame = NoisyWall(i);
+    ASSERT_TRUE(a.Denoise(frame, without).ok());
+    EXPECT_TRUE(frame.signals[0].second_moment.empty());  // the caller's frame stays as it is
+    EstimateSecondMoments(&frame);
+    ASSERT_TRUE(b.Denoise(frame, with).ok());
+  }
+}
+
+TEST(MissingMoments, AreEstimated) {
+  DenoisedFrame without;
+  DenoisedFrame with;
+  DenoiseWalls(Default(), &without, &with);
+  ExpectSameBits(without.colour, with.colour);
+  // A first frame is filtered: there is no variance over time yet.
+  Denoiser first = MakeDenoiser(Default());
+  ASSERT_TRUE(first.Denoise(NoisyWall(0), &without).ok());
+  EXPECT_LT(SquaredError(without.colour), 0.1 * SquaredError(NoisyWall(0).signals[0].radiance));
+}
+
+TEST(MissingMoments, AreNotOfPublishedPresets) {
+  DenoisedFrame without;
+  DenoisedFrame with;
+  DenoiseWalls(PresetSettings("svgf").value(), &without, &with);
+  EXPECT_NE(SquaredError(without.colour), SquaredError(with.colour));
+}
+
+TEST(MissingMoments, OfInvalidFramesAreNotEstimated) {
+  Denoiser d = MakeDenoiser(Default());
+  DenoisedFrame out;
+  Frame frame = NoisyWall(0);
+  frame.samples = Image1(kWidth, kHeight - 1);
+  frame.samples.Fill(8);
+  const Status samples = d.Denoise(frame, &out);
+  EXPECT_EQ(samples.code(), StatusCode::kInvalidArgument);
+  EXPECT_THAT(samples.message(), HasSubstr("samples"));
+  frame = NoisyWall(0);
+  frame.guides.id = Plane<uint32_t>(kWidth - 1, kHeight);
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("id"));
+  frame = NoisyWall(0);
+  frame.guides.depth.Fill(kNan);
+  EXPECT_THAT(d.Denoise(frame, &out).message(), HasSubstr("depth"));
 }
 
 TEST(OddValues, MotionThatIsNowhereFiniteIsReportedWhereItIsRead) {
