@@ -72,7 +72,8 @@ Frame Grey(const Frame& frame, int channel) {
   };
   for (Signal& signal : grey.signals) {
     use(&signal.radiance);
-    if (&signal == &grey.signals.front() && !signal.second_moment.empty()) {  // hue is constant: channels vary in proportion
+    if (&signal == &grey.signals.front() &&
+        !signal.second_moment.empty()) {  // hue is constant: channels vary in proportion
       FillImage(&signal.second_moment, [&](int x, int y) {
         const float mean = signal.radiance[0](x, y) / frame.guides.albedo[channel](x, y);
         return 3 * mean * mean;
