@@ -77,7 +77,9 @@ struct VulkanFrame {
   float focal_pixels = 0;  ///< see Frame::focal_pixels
 
   VulkanImage lights[kSignalKindCount];          ///< by SignalKind: r, g, b
-  VulkanImage second_moments[kSignalKindCount];  ///< see Signal::second_moment
+  /// See Signal::second_moment. They are not estimated: without them frames of several samples per
+  /// pixel are hardly filtered.
+  VulkanImage second_moments[kSignalKindCount];
   VulkanImage depth;                             ///< of every pixel, unless `incomplete_guides`
   VulkanImage normal;                            ///< x, y, z
   VulkanImage id;
