@@ -76,12 +76,12 @@ struct VulkanFrame {
   float jitter_y = 0;
   float focal_pixels = 0;  ///< see Frame::focal_pixels
 
-  VulkanImage lights[kSignalKindCount];          ///< by SignalKind: r, g, b
+  VulkanImage lights[kSignalKindCount];  ///< by SignalKind: r, g, b
   /// See Signal::second_moment. They are not estimated: without them frames of several samples per
   /// pixel are hardly filtered.
   VulkanImage second_moments[kSignalKindCount];
-  VulkanImage depth;                             ///< of every pixel, unless `incomplete_guides`
-  VulkanImage normal;                            ///< x, y, z
+  VulkanImage depth;   ///< of every pixel, unless `incomplete_guides`
+  VulkanImage normal;  ///< x, y, z
   VulkanImage id;
   VulkanImage motion;  ///< x, y
   VulkanImage albedo;
