@@ -3,7 +3,6 @@
 #include "core/second_moments.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
 
@@ -57,15 +56,15 @@ bool HasPair(unsigned surroundings, int k) {
   return (surroundings & both) == both;
 }
 
-/// NaN if either is zero.
-float CosineBetween(const Image3& normal, int x0, int y0, int x1, int y1) {
+/// Whether normals of any length are similar; false for zero.
+bool HaveOneNormal(const Image3& normal, int x0, int y0, int x1, int y1) {
+  if (normal.empty()) {
+    return true;
+  }
   const vec3 a = VectorAt(normal, x0, y0);
   const vec3 b = VectorAt(normal, x1, y1);
-  return dot(a, b) / std::sqrt(dot(a, a) * dot(b, b));
-}
-
-bool HaveOneNormal(const Image3& normal, int x0, int y0, int x1, int y1) {
-  return normal.empty() || CosineBetween(normal, x0, y0, x1, y1) > kLeastCosine;
+  const float product = dot(a, b);
+  return product > 0 && product * product > kLeastCosine * kLeastCosine * (dot(a, a) * dot(b, b));
 }
 
 bool HaveOneId(const Plane<uint32_t>& id, int x0, int y0, int x1, int y1) {
@@ -88,11 +87,21 @@ bool AreAlike(const Guides& guides, const VirtualGuides& image, int x0, int y0, 
                                           HaveOneNormal(image.normal, x0, y0, x1, y1)));
 }
 
-/// Whether the inverse of depth is linear over three pixels in a line. True where it is 0.
-bool IsStraight(const Image1& depth, int x, int y, const int (&offset)[2]) {
-  const auto inverse = [&](int i, int j) {
-    return IsSurface(depth(i, j)) ? 1.0f / depth(i, j) : 0.0f;
-  };
+/// 0 where there is no surface; empty if depth is.
+Image1 InverseOf(const Image1& depth) {
+  Image1 inverse = depth;
+  ForEachPixel(depth.width(), depth.height(), [&](int x, int y) {
+    inverse(x, y) = IsSurface(depth(x, y)) ? 1.0f / depth(x, y) : 0.0f;
+  });
+  return inverse;
+}
+
+/// Whether inverse depth is linear over three pixels in a line. True where all are 0, or it is
+/// empty.
+bool IsStraight(const Image1& inverse, int x, int y, const int (&offset)[2]) {
+  if (inverse.empty()) {
+    return true;
+  }
   const float middle = inverse(x, y);
   const float bend =
       inverse(x - offset[0], y - offset[1]) - 2 * middle + inverse(x + offset[0], y + offset[1]);
@@ -102,18 +111,32 @@ bool IsStraight(const Image1& depth, int x, int y, const int (&offset)[2]) {
 Surroundings FindSurroundings(const Guides& guides, const VirtualGuides& image) {
   const int width = guides.depth.width();
   const int height = guides.depth.height();
-  Surroundings found(width, height);
+  const Image1 inverse = InverseOf(guides.depth);
+  const Image1 inverse_of_image = InverseOf(image.depth);
+  // Of the first four neighbours alone: what two pixels share is tested once.
+  Plane<uint8_t> first(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
     unsigned bits = 0;
-    for (int k = 0; k < kNeighbours; ++k) {
+    for (int k = 0; k < kDirections; ++k) {
       const int i = x + kOffset[k][0];
       const int j = y + kOffset[k][1];
       const bool inside = i >= 0 && j >= 0 && i < width && j < height;
       bits |= inside && AreAlike(guides, image, x, y, i, j) ? 1u << k : 0u;
     }
+    first(x, y) = static_cast<uint8_t>(bits);
+  });
+  Surroundings found(width, height);
+  ForEachPixel(width, height, [&](int x, int y) {
+    unsigned bits = first(x, y);
     for (int k = 0; k < kDirections; ++k) {
-      if (HasPair(bits, k) && IsStraight(guides.depth, x, y, kOffset[k]) &&
-          (image.empty() || IsStraight(image.depth, x, y, kOffset[k]))) {
+      const int i = x - kOffset[k][0];
+      const int j = y - kOffset[k][1];
+      const bool inside = i >= 0 && j >= 0 && i < width && j < height;
+      bits |= inside && (first(i, j) >> k & 1) != 0 ? 1u << (k + kDirections) : 0u;
+    }
+    for (int k = 0; k < kDirections; ++k) {
+      if (HasPair(bits, k) && IsStraight(inverse, x, y, kOffset[k]) &&
+          IsStraight(inverse_of_image, x, y, kOffset[k])) {
         bits |= 1u << (kNeighbours + k);
       }
     }
@@ -197,34 +220,43 @@ float EstimateOnSurface(const MeanLight& light, const Residual& block, unsigned 
   return count > 0 ? sum / static_cast<float>(count) : kUnknown;
 }
 
+/// Those of the neighbours whose opposite one is among them too; all where none is.
+unsigned Paired(unsigned neighbours) {
+  const unsigned opposite = neighbours << kDirections | neighbours >> kDirections;
+  const unsigned paired = neighbours & opposite;
+  return paired != 0 ? paired : neighbours;
+}
+
+/// The squared difference of a pixel from the mean of these neighbours.
+Residual DifferenceFrom(const MeanLight& light, unsigned neighbours, int x, int y) {
+  float sum = 0;
+  float variance = 0;
+  float count = 0;
+  for (int k = 0; k < kNeighbours; ++k) {
+    if ((neighbours >> k & 1) != 0) {
+      sum += light.luminance(x + kOffset[k][0], y + kOffset[k][1]);
+      variance += light.variance(x + kOffset[k][0], y + kOffset[k][1]);
+      count += 1;
+    }
+  }
+  return Usable(light.luminance(x, y) - sum / count,
+                light.variance(x, y) + variance / (count * count));
+}
+
 /// What a pixel's own difference from its neighbours on the surface estimates; 0 without any. Pairs
 /// of opposite ones, in which slopes cancel, where there are some.
 float EstimateByItself(const MeanLight& light, unsigned surroundings, int x, int y) {
-  constexpr unsigned kAll = (1u << kNeighbours) - 1;
-  unsigned present = surroundings & kAll;
-  for (int k = 0; k < kNeighbours; ++k) {
-    if ((present >> k & 1) != 0 &&
-        std::isnan(light.luminance(x + kOffset[k][0], y + kOffset[k][1]))) {
-      present &= ~(1u << k);
+  unsigned present = surroundings & ((1u << kNeighbours) - 1);
+  Residual own = DifferenceFrom(light, Paired(present), x, y);
+  if (!(own.variance > 0) && present != 0) {  // one of them is missing
+    for (int k = 0; k < kNeighbours; ++k) {
+      if ((present >> k & 1) != 0 &&
+          std::isnan(light.luminance(x + kOffset[k][0], y + kOffset[k][1]))) {
+        present &= ~(1u << k);
+      }
     }
+    own = DifferenceFrom(light, Paired(present), x, y);
   }
-  const unsigned opposite = (present << kDirections | present >> kDirections) & kAll;
-  const unsigned paired = present & opposite;
-  const unsigned used = paired != 0 ? paired : present;
-  float sum = 0;
-  float variance = 0;
-  for (int k = 0; k < kNeighbours; ++k) {
-    if ((used >> k & 1) != 0) {
-      sum += light.luminance(x + kOffset[k][0], y + kOffset[k][1]);
-      variance += light.variance(x + kOffset[k][0], y + kOffset[k][1]);
-    }
-  }
-  const auto count = static_cast<float>(std::popcount(used));
-  if (count == 0) {
-    return 0;
-  }
-  const Residual own = Usable(light.luminance(x, y) - sum / count,
-                              light.variance(x, y) + variance / (count * count));
   return own.variance > 0 ? own.square / own.variance : 0.0f;
 }
 
