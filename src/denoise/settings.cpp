@@ -493,8 +493,7 @@ std::vector<Row> MakeTable() {
                 .group = "keep_samples",
                 .help = "Keep this frame's samples where they have less noise than the filter has "
                         "error. Only of frames of 2 samples per pixel or more, with second moments "
-                        "if they are "
-                        "on a device."},
+                        "if they are on a device."},
        .member = &Settings::keep_samples},
       {.info = {.name = "restore_detail",
                 .type = kFlag,
