@@ -168,7 +168,7 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .tonemap = facts.is_displayed};
 }
 
-void PlanSignals(const Settings& s, FramePlan* plan) {
+void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
                       .firefly = static_cast<int>(s.firefly)};
@@ -180,7 +180,8 @@ void PlanSignals(const Settings& s, FramePlan* plan) {
                      .history_taps_nearest = Int(s.history_taps == HistoryTaps::kNearest)};
   plan->limit_history = {.correct_history = Int(s.correct_history),
                          .limit_dead = s.limit_dead,
-                         .limit_gain = s.limit_gain};
+                         .limit_gain = s.limit_gain,
+                         .has_roughness = Int(facts.has_roughness)};
   plan->compared.edges.sigma_n = kComparedSigmaN;
   plan->compared.edges.depth_weight_plane = 1;
   plan->compared.edges.plane_tolerance = kComparedTolerance;
@@ -278,7 +279,7 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.after.jittered = progress.jittered || facts.jittered;
   plan.runs = StagesOf(s, facts, plan.after, plan.is_sparse);
   plan.has_picture = progress.has_picture && plan.runs.antialias;
-  PlanSignals(s, &plan);
+  PlanSignals(s, facts, &plan);
   PlanWavelet(s, facts, &plan);
   PlanPicture(s, facts, &plan);
   PlanFeedback(s, facts, &plan);

@@ -5,6 +5,7 @@
 // another way in double precision.
 #include <array>
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -17,6 +18,7 @@
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prepare_guides_shared.h"
 #include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 
 namespace stillray::formulas_test {
@@ -256,9 +258,17 @@ TEST(Formulas, ComparisonNoise) {
 
 TEST(Formulas, CompressedNoise) {
   // Samples of variance 0.02 and a history whose squared weights have the sum 0.05.
-  EXPECT_NEAR(CompressedNoise(0.1f, 1, 0.02f, 0.05f), 0.02 * 1.05, 1e-7);
-  EXPECT_NEAR(CompressedNoise(0.1f, 4, 0.02f, 0.05f), 0.02 * 0.3, 1e-7);
-  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f), 0.25 * 0.16, 1e-7) << "of the difference";
+  EXPECT_NEAR(CompressedNoise(0.1f, 1, 0.02f, 0.05f, 0.25f), 0.02 * 1.05, 1e-7);
+  EXPECT_NEAR(CompressedNoise(0.1f, 4, 0.02f, 0.05f, 0.25f), 0.02 * 0.3, 1e-7);
+  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f, 0.25f), 0.25 * 0.16, 1e-7) << "a share";
+  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f, 1), 0.16, 1e-7) << "all of the difference";
+}
+
+TEST(Formulas, ShareOfChange) {
+  EXPECT_EQ(ShareOfChange(0), 0.25f);
+  EXPECT_EQ(ShareOfChange(1), 0.25f) << "the roughest surface";
+  EXPECT_EQ(ShareOfChange(kRoughnessOfImage), 1);
+  EXPECT_EQ(ShareOfChange(std::numeric_limits<float>::quiet_NaN()), 0.25f);
 }
 
 TEST(Formulas, BiasOfFrame) {

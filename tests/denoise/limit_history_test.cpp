@@ -14,6 +14,7 @@
 
 #include "denoise/stage_table.h"
 #include "denoise/stages/atrous.h"
+#include "denoise/stages/select_guides_shared.h"
 #include "stage_planes.h"
 
 namespace stillray::limit_history_test {
@@ -62,7 +63,8 @@ void RunLevels(const StageTable& stages, int levels, Limited* all) {
 /// All of limit_history, as the denoiser runs it.
 Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
                  const SignalHistory& history, const ReprojectionTaps& taps,
-                 const GuidePlanes& guides, const LimitHistoryParameters& p) {
+                 const GuidePlanes& guides, const LimitHistoryParameters& p,
+                 const Image1& roughness = {}) {
   Limited all;
   const size_t count = light.size();
   all.compared.assign(count, ComparedPlanes(CoarseSize(kWidth), CoarseSize(kHeight)));
@@ -77,7 +79,7 @@ Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
     signals.push_back({&light[i], &history, &all.compared[i]});
     limited.push_back({&all.compared[i], &light[i].samples, &all.ratio[i], &all.bias[i]});
   }
-  stages.compare_with_history(signals, taps, guides, &all.coarse);
+  stages.compare_with_history(signals, taps, guides, roughness, &all.coarse);
   RunLevels(stages, kCorrectHistoryLevels, &all);
   for (ComparedPlanes& compared : all.compared) {
     CorrectHistory(compared.work, p, &compared);
@@ -97,7 +99,7 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
   }
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
                   test::MakeGuides(true),
-                  {.correct_history = 1, .limit_dead = 0, .limit_gain = 16});
+                  {.correct_history = 1, .limit_dead = 0, .limit_gain = 16, .has_roughness = 0});
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -237,9 +239,9 @@ TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
   for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     double bias = 0;
-    const Limited all =
-        RunStage(*stages, {MakeNoise(1.4f, 1, kEdge, kNoise)}, MakeSteadyHistory(kNoise), taps,
-                 guides, {.correct_history = 1, .limit_dead = 4, .limit_gain = 8});
+    const Limited all = RunStage(
+        *stages, {MakeNoise(1.4f, 1, kEdge, kNoise)}, MakeSteadyHistory(kNoise), taps, guides,
+        {.correct_history = 1, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         // The nearest pixels are those of the left wall: its blocks are whole.
@@ -255,8 +257,9 @@ TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
 TEST(LimitHistoryStage, NoiseAloneChangesNothing) {
   const GuidePlanes guides = MakeWalls(0);
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
-  const Limited all = RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps,
-                               guides, {.correct_history = 1, .limit_dead = 4, .limit_gain = 8});
+  const Limited all =
+      RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps, guides,
+               {.correct_history = 1, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
   double sum = 0;
   double bias = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -277,12 +280,34 @@ TEST(LimitHistoryStage, ABrightSampleOnAThinPartLeavesMoreHistory) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     NewLight light = MakeNoise(1, 1, 0, 0.2f);
     light.colour[0](kPole, kHeight / 2) = 100;
-    const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                                 {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+    const Limited all =
+        RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                 {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
     for (int y = 0; y < kHeight; ++y) {
       // By the moments of the history alone it would be half of this.
       EXPECT_GT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 0.5) << y;
     }
+  }
+}
+
+TEST(LimitHistoryStage, ABrightSampleInAVirtualImageLeavesItsHistory) {
+  constexpr int kPole = 40;
+  const GuidePlanes guides =
+      MakeWalls([&](int x) { return x == kPole || x == kPole + 1 ? 4.0f : 8.0f; });
+  NewLight light = MakeNoise(1, 1, 0, 0.2f);
+  light.colour[0](kPole, kHeight / 2) = 100;
+  for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
+    const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
+    const auto length = [&](float roughness) {
+      Image1 plane(kWidth, kHeight);
+      plane.Fill(roughness);
+      const Limited all = RunStage(
+          *stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+          {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0}, plane);
+      return LimitedLength(20, 0.05f, all.bias[0](kPole, kHeight / 2), 8);
+    };
+    EXPECT_LT(length(1), 2);
+    EXPECT_EQ(length(kRoughnessOfImage), 20);
   }
 }
 
@@ -297,8 +322,9 @@ TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
       light.colour[0](x, y) *= 3;
     }
   }
-  const Limited all = RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+  const Limited all =
+      RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
   for (int y = 0; y < kHeight; ++y) {
     ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 1) << y;
   }
@@ -309,7 +335,7 @@ TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
   const Limited all =
       RunStage(kCpuStages, {MakeNoise(1.5f, 1.5f, 0, 0.2f)}, MakeSteadyHistory(0.2f), taps, guides,
-               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8});
+               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       ASSERT_EQ(all.ratio[0](x, y), 1) << x << " " << y;

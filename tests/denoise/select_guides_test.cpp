@@ -116,7 +116,7 @@ TEST(SelectGuides, TakesTheImageWhereThereIsOne) {
     EXPECT_EQ(out.motion[1](1, 0), in.image.motion[1](1, 0));
     EXPECT_EQ(out.id(0, 0), 0u);
     EXPECT_EQ(out.id(1, 0), 1001u);
-    EXPECT_EQ(out.roughness(1, 0), 1);
+    EXPECT_EQ(out.roughness(1, 0), kRoughnessOfImage);
     EXPECT_EQ(out.roughness(3, 0), 0.5f);
     EXPECT_FLOAT_EQ(albedo[0](1, 0),
                     in.surface.specular_albedo[0](1, 0) * in.image.albedo[0](1, 0));
@@ -174,6 +174,8 @@ TEST(SelectGuides, PixelsWithoutLightHaveNoSurface) {
 TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
   for (const auto& version : {&reference::SelectGuides, &cpu::SelectGuides}) {
     Inputs in(9, 5);
+    in.image.depth(0, 0) = 0;
+    in.image.depth(1, 0) = 5;
     in.image.normal = Image3();
     in.image.albedo = Image3();
     in.image.motion = Image2();
@@ -187,7 +189,8 @@ TEST(SelectGuides, ImagesThatAreNotGivenAreThoseOfTheSurface) {
     test::ExpectEqual(out.normal[0], in.surface.normal[0]);
     test::ExpectEqual(out.motion[0], in.surface.motion[0]);
     test::ExpectEqual(out.id, in.surface.id);
-    EXPECT_TRUE(out.roughness.empty());
+    EXPECT_EQ(out.roughness(0, 0), 1);
+    EXPECT_EQ(out.roughness(1, 0), kRoughnessOfImage);
     EXPECT_TRUE(albedo.empty());
   }
 }

@@ -159,7 +159,7 @@ void ForEachSignal(const CpuPipeline& p, const FrameInput& in, LayerHistory* his
     GatherLight(p, in, i, history, work, outputs, out);
   }
   if (together) {
-    RunLimitHistory(p, *history, work, outputs, out);
+    RunLimitHistory(p, in, *history, work, outputs, out);
   }
   for (size_t i = 0; i < count; ++i) {
     if (!together) {

@@ -160,8 +160,8 @@ void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, Laye
   outputs->KeepLight("noisy", group, light.colour);
 }
 
-void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWork* work,
-                     FrameOutputs* outputs, DenoisedFrame* out) {
+void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHistory& history,
+                     LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "limit_history");
   const size_t count = p.plan.signals.size();
   MakeCoarsePlanes(history.guides, count, work);
@@ -170,7 +170,8 @@ void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWor
   for (size_t i = 0; i < count; ++i) {
     signals[i] = {&work->light[i], &history.signals[i], &work->compared[i]};
   }
-  p.stages.compare_with_history({signals.data(), count}, work->taps, history.guides, &work->coarse);
+  p.stages.compare_with_history({signals.data(), count}, work->taps, history.guides, in.roughness,
+                                &work->coarse);
   static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
                 "the results lie in `work` and in `light`");
   if (p.plan.limit_history.correct_history != 0) {

@@ -30,8 +30,8 @@ void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, Laye
                  LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
 /// The largest length that each signal's history may count for, in WaveletPlanes::luminance_factor.
-void RunLimitHistory(const CpuPipeline& p, const LayerHistory& history, LayerWork* work,
-                     FrameOutputs* outputs, DenoisedFrame* out);
+void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHistory& history,
+                     LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out);
 
 /// Accumulates the new light of a signal in its history.
 void RunAccumulate(const CpuPipeline& p, size_t signal, LayerHistory* history, LayerWork* work,

@@ -71,7 +71,7 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
 /// \return whether any pixel has both present and history
 template <bool kWithConfidence>
 bool ComparePixels(const NewLight& light, const SignalHistory& before, const ReprojectionTaps& taps,
-                   int y, const RowScratch& scratch, int first_row) {
+                   int y, const Image1& roughness, const RowScratch& scratch, int first_row) {
   const DF d;
   const VF zero = hn::Zero(d);
   const VF one = hn::Set(d, 1.0f);
@@ -123,9 +123,13 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     const VF positive = hn::Max(l, zero);
     const VF compressed = hn::Div(positive, hn::Add(positive, scale));
     const VF change = hn::Sub(compressed, then);
+    const VF share = roughness.empty()  // ShareOfChange
+                         ? hn::Set(d, kShareOfChange)
+                         : hn::IfThenElse(hn::Ge(hn::LoadU(d, roughness.Row(y) + x),
+                                                 hn::Set(d, kRoughnessOfImage)),
+                                          one, hn::Set(d, kShareOfChange));
     const VF compressed_noise =  // CompressedNoise
-        hn::Max(hn::Mul(single, spread),
-                hn::Mul(hn::Mul(hn::Set(d, kShareOfChange), change), change));
+        hn::Max(hn::Mul(single, spread), hn::Mul(hn::Mul(share, change), change));
     const auto store = [&](PixelRow row, VF value) HWY_ATTR __attribute__((always_inline)) {
       hn::StoreU(hn::IfThenElseZero(both, value), d, scratch.Row(first_row + row) + x);
     };
@@ -197,7 +201,8 @@ void AverageBlocks(const RowScratch& scratch, int by, int blocks, ComparedPlanes
 }
 
 void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
-                 const GuidePlanes& guides, int begin, int end, GuidePlanes* coarse) {
+                 const GuidePlanes& guides, const Image1& roughness, int begin, int end,
+                 GuidePlanes* coarse) {
   const TinyIsZero tiny_is_zero;
   const int width = guides.id.width();
   const int blocks = CoarseSize(width);
@@ -209,7 +214,7 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
     for (const ComparedSignal& signal : signals) {
       bool any = false;
       for (int row = 0; row < 2; ++row) {
-        any = compare_pixels(*signal.light, *signal.before, taps, 2 * by + row, scratch,
+        any = compare_pixels(*signal.light, *signal.before, taps, 2 * by + row, roughness, scratch,
                              row * kPixelRows) ||
               any;
       }
@@ -314,9 +319,9 @@ HWY_EXPORT(CompareRows);
 HWY_EXPORT(LimitHistoryRows);
 
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
-                        const GuidePlanes& guides, GuidePlanes* coarse) {
+                        const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse) {
   ParallelRows(CoarseSize(guides.id.height()), 16, [&](int begin, int end) {
-    HWY_DYNAMIC_DISPATCH(CompareRows)(signals, taps, guides, begin, end, coarse);
+    HWY_DYNAMIC_DISPATCH(CompareRows)(signals, taps, guides, roughness, begin, end, coarse);
   });
 }
 

@@ -81,15 +81,16 @@ void RescaleHistory(float scale, SignalHistory* history);
 
 /// Before the levels of correct_history: fills `light`, `compressed` and `valid` with the means
 /// over the pixels of each 2x2 block that lie on the surface of its nearest pixel.
-/// \param coarse  inverse depth, normal and gradient of that surface, per block; border of
+/// \param roughness  kRoughnessOfImage where the guides are virtual; empty: nowhere
+/// \param coarse     inverse depth, normal and gradient of that surface, per block; border of
 ///     kComparedBorder
 namespace reference {
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
-                        const GuidePlanes& guides, GuidePlanes* coarse);
+                        const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse);
 }
 namespace cpu {
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
-                        const GuidePlanes& guides, GuidePlanes* coarse);
+                        const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse);
 }
 
 /// Between the levels: the ratio from the `averaged` light (1 if the parameters turn it off), and

@@ -21,7 +21,8 @@ struct Means {
   float weight = 0;
 };
 
-void AddPixel(const NewLight& light, const SignalHistory& before, int x, int y, float w, Means* m) {
+void AddPixel(const NewLight& light, const SignalHistory& before, float share, int x, int y,
+              float w, Means* m) {
   const float n = light.samples(x, y);
   const float length = before.length(x, y);
   if (!(n > 0) || !(length > 0)) {
@@ -41,7 +42,7 @@ void AddPixel(const NewLight& light, const SignalHistory& before, int x, int y, 
   m->compressed_present += w * compressed;
   m->compressed_history += w * then;
   m->single += w * single;
-  m->compressed_noise += w * w * CompressedNoise(compressed - then, n, single, weights2);
+  m->compressed_noise += w * w * CompressedNoise(compressed - then, n, single, weights2, share);
   m->weight += w;
 }
 
@@ -61,7 +62,7 @@ void StoreMeans(const Means& m, int bx, int by, ComparedPlanes* out) {
 }  // namespace
 
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
-                        const GuidePlanes& guides, GuidePlanes* coarse) {
+                        const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse) {
   const int width = guides.id.width();
   const int height = guides.id.height();
   for (const ComparedSignal& signal : signals) {
@@ -75,7 +76,8 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
           const int x = 2 * bx + (k & 1);
           const int y = 2 * by + (k >> 1);
           if (block.weight[k] > 0 && x < width && y < height) {
-            AddPixel(*signal.light, before, x, y, block.weight[k], &means);
+            const float share = ShareOfChange(roughness.empty() ? 0.0f : roughness(x, y));
+            AddPixel(*signal.light, before, share, x, y, block.weight[k], &means);
           }
         }
         StoreMeans(means, bx, by, signal.out);

@@ -10,6 +10,7 @@
 #endif
 
 #include "denoise/stages/edge_stopping_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 
 SHARED_BEGIN
 
@@ -17,6 +18,7 @@ SHARED_BLOCK(LimitHistoryParameters) {
   int correct_history;  // 0: the ratio is 1
   float limit_dead;
   float limit_gain;
+  int has_roughness;  // a device's image of it
 };
 
 // Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
@@ -92,13 +94,19 @@ SHARED_FN float ComparisonNoise(float present, float n, float length, float mean
   return ComparisonCaution(length, n) * max(length >= kLengthWithVariance ? noise : 0.0f, d * d);
 }
 
-// Expected squared difference d between compressed luminances of present and history, `single` the
-// variance of single samples; at least a share of the difference itself, as in ComparisonNoise.
-// Without it a bright sample on a surface of few pixels, such as the rim of a ball, is a change of
-// the light, loses its history and stays as a speck. With all of it change on thin parts is noise.
+// The share of a pixel's own squared difference that is noise. Without it a bright sample on a
+// surface of few pixels, such as the rim of a ball, is a change of the light, loses its history and
+// stays as a speck. With all of it change on thin parts is noise. In virtual images all of it is:
+// they show many small parts, move exactly with their guides, and are rarely a change of the light.
 const float kShareOfChange = 0.25f;
-SHARED_FN float CompressedNoise(float d, float n, float single, float weights2) {
-  return max(single * (1.0f / max(n, 1.0f) + weights2), kShareOfChange * d * d);
+SHARED_FN float ShareOfChange(float roughness) {
+  return roughness >= kRoughnessOfImage ? 1.0f : kShareOfChange;
+}
+
+// Expected squared difference d between compressed luminances of present and history, `single` the
+// variance of single samples; at least ShareOfChange of the difference itself.
+SHARED_FN float CompressedNoise(float d, float n, float single, float weights2, float share) {
+  return max(single * (1.0f / max(n, 1.0f) + weights2), share * d * d);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.

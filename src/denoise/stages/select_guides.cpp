@@ -159,11 +159,10 @@ void SelectRows(const SelectGuidesInput& in, const SelectGuidesParameters& p, in
         StoreInRow(du, hn::IfThenElse(hn::RebindMask(du, shows), of_image, of_surface),
                    out->id.Row(y), x, width);
       }
-      if (!out->roughness.empty()) {
-        const VF roughness = hn::LoadU(d, in.roughness->Row(y) + x);
-        StoreInRow(d, hn::IfThenElse(shows, hn::Set(d, 1.0f), roughness), out->roughness.Row(y), x,
-                   width);
-      }
+      const VF roughness =
+          in.roughness->empty() ? hn::Set(d, 1.0f) : hn::LoadU(d, in.roughness->Row(y) + x);
+      StoreInRow(d, hn::IfThenElse(shows, hn::Set(d, kRoughnessOfImage), roughness),
+                 out->roughness.Row(y), x, width);
       if (!out->previous_normal.empty()) {
         const Vectors<3> none = {{hn::Zero(d), hn::Zero(d), hn::Zero(d)}};
         SelectAt(shows, none, *in.previous_normal, x, y, &out->previous_normal);

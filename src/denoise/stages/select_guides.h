@@ -43,14 +43,15 @@ inline void MakeSelectedPlanes(const SelectGuidesInput& in, Guides* out, Image3*
   make(true, &out->normal);
   make(!in.surface->motion.empty(), &out->motion);
   make(!in.surface->id.empty(), &out->id);
-  make(!in.roughness->empty(), &out->roughness);
+  make(true, &out->roughness);
   make(in.previous_normal != nullptr && !in.previous_normal->empty(), &out->previous_normal);
   make(!in.albedo->empty() || !in.image->albedo.empty(), albedo);
 }
 
-/// \param out     depth and normal are written; motion, id and roughness too if the surface has
-///     them, and so is its previous normal. The roughness of pixels with virtual guides is 1:
-///     keep_mirrors leaves them alone; their previous normal is 0, that of images is not known.
+/// \param out     depth, normal and roughness are written; motion and id too if the surface has
+///     them, and so is its previous normal. The roughness of pixels with virtual guides is
+///     kRoughnessOfImage, that of others the surface's, or 1 if that is not known; the previous
+///     normal of images is 0, not known.
 /// \param albedo  `in.albedo` times the albedo of what is seen; empty if both are
 namespace reference {
 void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& parameters,

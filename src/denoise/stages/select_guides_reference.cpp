@@ -71,9 +71,8 @@ void SelectGuides(const SelectGuidesInput& in, const SelectGuidesParameters& p, 
       if (!out->id.empty()) {
         out->id(x, y) = image && !in.image->id.empty() ? in.image->id(x, y) : in.surface->id(x, y);
       }
-      if (!out->roughness.empty()) {
-        out->roughness(x, y) = image ? 1.0f : (*in.roughness)(x, y);
-      }
+      const float roughness = in.roughness->empty() ? 1.0f : (*in.roughness)(x, y);
+      out->roughness(x, y) = image ? kRoughnessOfImage : roughness;
       for (int c = 0; !out->previous_normal.empty() && c < 3; ++c) {
         out->previous_normal[c](x, y) = image ? 0.0f : (*in.previous_normal)[c](x, y);
       }

@@ -26,6 +26,10 @@ SHARED_BLOCK(SelectGuidesParameters) {
 // Depth of the sky in a mirror. Reflected sky is light on a surface, and has to be filtered there.
 const float kImageOfSky = 1e9f;
 
+// Roughness of pixels with virtual guides in the guides of a layer: larger than that of any
+// surface, so that they are no mirrors for keep_mirrors, which leaves them alone.
+const float kRoughnessOfImage = 2.0f;
+
 // Depth where there is no surface.
 #ifdef __cplusplus
 const float kNoSurface = std::numeric_limits<float>::infinity();

@@ -102,7 +102,8 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   STILLRAY_RETURN_IF_ERROR(host.status());
   const Frame& f = **host;
   FrameFacts facts = FactsOf(f);
-  facts.has_roughness = facts.has_roughness && settings_.mirror_roughness > 0;
+  facts.has_roughness =
+      facts.has_roughness && (settings_.mirror_roughness > 0 || settings_.limit_history);
   const MotionUse use = UseOfMotion(settings_, facts.jittered, ProgressFor(f));
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);

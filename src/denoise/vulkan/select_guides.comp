@@ -125,7 +125,7 @@ void main() {
   imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));
   imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
   imageStore(id_out, p, uvec4(id));
-  imageStore(roughness_out, p, vec4(image ? 1.0f : roughness));
+  imageStore(roughness_out, p, vec4(image ? kRoughnessOfImage : roughness));
   imageStore(albedo_out, p, vec4(SelectedAlbedo(image, p), little_else));
   if (has_previous_normal != 0) {
     vec3 before = texelFetch(surface_previous_normal, p, 0).xyz;
