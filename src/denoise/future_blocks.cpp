@@ -55,6 +55,12 @@ Status FutureBlocks::Accumulate(size_t at, const Frame& frame, bool continues) {
   return Status::Ok();
 }
 
+void FutureBlocks::Skip(size_t at) {
+  STILLRAY_CHECK_EQ(at + 1, next_);
+  STILLRAY_CHECK_LE(range_.begin, at);
+  next_ = at;
+}
+
 FutureLight& FutureBlocks::At(size_t at) {
   STILLRAY_CHECK(Holds(at));
   return futures_[at - range_.begin];

@@ -66,12 +66,16 @@ class FutureBlocks {
   ///                   history restarts here, and motion is not used
   /// \return errors of Denoiser::Accumulate; the pass has to begin again then
   Status Accumulate(size_t at, const Frame& frame, bool continues);
+  /// Instead of Accumulate, for a frame without anything to accumulate: the history ends here, and
+  /// the frame's future stays empty. The next frame that is accumulated does not continue it.
+  void Skip(size_t at);
   /// The future of a frame that is held; may be moved from.
   FutureLight& At(size_t at);
   /// Frees all futures; the backward pass of another sequence begins.
   void Clear();
 
   const Denoiser& backward() const { return backward_; }
+  size_t held() const { return held_; }
   size_t memory_bytes() const;  ///< history, working memory and futures
 
  private:

@@ -10,9 +10,7 @@
 #include "io/fill_depth.h"
 
 namespace stillray {
-namespace {
 
-/// One signal without albedo. Coverage has no outliers that a clamp would have to remove.
 Settings SettingsOfAlpha(Settings settings) {
   settings.signals = SignalGrouping::kSingle;
   settings.demodulate = false;
@@ -20,7 +18,6 @@ Settings SettingsOfAlpha(Settings settings) {
   return settings;
 }
 
-/// The guides of a frame with its alpha as light.
 Frame FrameOfAlpha(const Frame& frame, const Image1& alpha) {
   Frame coverage;
   coverage.width = frame.width;
@@ -34,6 +31,7 @@ Frame FrameOfAlpha(const Frame& frame, const Image1& alpha) {
   coverage.guides.specular_albedo = Image3();
   coverage.guides.transmission_albedo = Image3();
   coverage.samples = frame.samples;
+  coverage.confidence = frame.confidence;
   Signal& signal = coverage.signals.emplace_back();
   for (int c = 0; c < 3; ++c) {
     signal.radiance[c] = alpha;
@@ -41,8 +39,6 @@ Frame FrameOfAlpha(const Frame& frame, const Image1& alpha) {
   EstimateSecondMoments(&coverage);
   return coverage;
 }
-
-}  // namespace
 
 AlphaFilter::AlphaFilter(const Settings& settings, const Device& device)
     : settings_(SettingsOfAlpha(settings)), device_(device) {}
@@ -56,12 +52,12 @@ Status AlphaFilter::Prepare() {
   return Status::Ok();
 }
 
-Status AlphaFilter::Filter(const Frame& frame, Image1* alpha) {
+Status AlphaFilter::Filter(const Frame& frame, const FutureLight& future, Image1* alpha) {
   if (!denoiser_ && !io::IsPartlyTransparent(*alpha)) {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(Prepare());
-  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(FrameOfAlpha(frame, *alpha), &denoised_));
+  STILLRAY_RETURN_IF_ERROR(denoiser_->Denoise(FrameOfAlpha(frame, *alpha), future, &denoised_));
   ForEachPixel(frame.width, frame.height, [&](int x, int y) {
     (*alpha)(x, y) = std::clamp(denoised_.colour[0](x, y), 0.0f, 1.0f);
   });

@@ -15,6 +15,13 @@
 
 namespace stillray {
 
+/// The settings of alpha: one signal without albedo. Coverage has no outliers that a clamp would
+/// have to remove. \param settings  of the picture
+Settings SettingsOfAlpha(Settings settings);
+
+/// The guides of a frame with its alpha as light.
+Frame FrameOfAlpha(const Frame& frame, const Image1& alpha);
+
 class AlphaFilter {
  public:
   /// \param settings  of the picture
@@ -22,8 +29,9 @@ class AlphaFilter {
 
   /// Denoises the alpha of a frame with a history of its own, which begins with the first frame
   /// that is not opaque; frames before it are unchanged. Values are clamped to 0..1.
-  /// \param frame  with guides and samples; its light is not used
-  Status Filter(const Frame& frame, Image1* alpha);
+  /// \param frame   with guides and samples; its light is not used
+  /// \param future  alpha of later frames (FrameOfAlpha), or empty
+  Status Filter(const Frame& frame, const FutureLight& future, Image1* alpha);
 
   void Reset();  ///< forgets the history
   size_t memory_bytes() const;

@@ -32,6 +32,11 @@ Status SequenceFilter::Prepare(const Device& device, size_t held, bool ahead,
     Result<Denoiser> backward = Denoiser::Create(settings_, device);
     STILLRAY_RETURN_IF_ERROR(backward.status());
     future_.emplace(view_, std::move(backward.value()), held, ahead, std::move(step));
+    if (alpha_) {
+      Result<Denoiser> of_alpha = Denoiser::Create(SettingsOfAlpha(settings_), device);
+      STILLRAY_RETURN_IF_ERROR(of_alpha.status());
+      future_->AddAlpha(std::move(of_alpha.value()));
+    }
   }
   return Status::Ok();
 }
@@ -77,9 +82,10 @@ Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* repo
   const Clock::time_point start = Clock::now();
   const Link link = LinkFrame(frame, report);
   FutureLight future;
+  FutureLight future_alpha;
   if (future_) {
     const Clock::time_point future_start = Clock::now();
-    STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future));
+    STILLRAY_RETURN_IF_ERROR(future_->Take(at, &future, &future_alpha));
     report->future_ms = MillisecondsSince(future_start);
   }
   const Status filtered = denoiser_->Denoise(frame->frame, future, &denoised_);
@@ -93,7 +99,7 @@ Status SequenceFilter::Filter(SequenceFrame* frame, size_t at, FrameReport* repo
                                               denoised_, &denoised_.colour, layers));
   }
   if (alpha_) {
-    STILLRAY_RETURN_IF_ERROR(alpha_->Filter(frame->frame, &frame->alpha));
+    STILLRAY_RETURN_IF_ERROR(alpha_->Filter(frame->frame, future_alpha, &frame->alpha));
     NewLayer& layer = layers->emplace_back();
     layer.aov = Aov::kAlpha;
     layer.values[0] = std::move(frame->alpha);

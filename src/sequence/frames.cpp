@@ -86,11 +86,11 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   if (to_write) {
     result.bytes = std::move(loaded->bytes);
     result.stored = std::move(loaded->stored);
-    if (options.denoise_alpha) {
-      Result<Image1> alpha = AlphaOf(loaded->image, layout, file.input);
-      STILLRAY_RETURN_IF_ERROR(alpha.status());
-      result.alpha = std::move(alpha.value());
-    }
+  }
+  if (options.denoise_alpha) {
+    Result<Image1> alpha = AlphaOf(loaded->image, layout, file.input);
+    STILLRAY_RETURN_IF_ERROR(alpha.status());
+    result.alpha = std::move(alpha.value());
   }
   return result;
 }

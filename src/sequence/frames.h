@@ -51,7 +51,7 @@ struct SequenceView {
   MotionCache* cache = nullptr;  ///< optional
 };
 
-/// \param to_write  else `bytes`, `stored`, `parts` and `alpha` stay empty
+/// \param to_write  else `bytes`, `stored` and `parts` stay empty
 Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& view, bool to_write);
 
 /// Frees the data that neighbours do not need: bytes and light.

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "denoise/future_blocks.h"
@@ -22,19 +23,28 @@ class FuturePass {
   /// \param ahead  read a file while the previous one is accumulated
   FuturePass(const SequenceView& view, Denoiser backward, size_t held, bool ahead, Step step);
 
+  /// Also accumulates alpha, as AlphaFilter does: from the first frame on, seen from the end, that
+  /// is not opaque. \param backward  with SettingsOfAlpha
+  void AddAlpha(Denoiser backward);
+
   /// The light of the future of options.files[at]. `at` increases from call to call.
-  Status Take(size_t at, FutureLight* future);
+  /// \param alpha  receives that of alpha; empty without AddAlpha, and where all later frames are
+  ///     opaque
+  Status Take(size_t at, FutureLight* future, FutureLight* alpha);
 
   /// Why frames are accumulated on the CPU instead; see Denoiser::remark().
   const std::string& remark() const { return blocks_.backward().remark(); }
-  size_t memory_bytes() const { return blocks_.memory_bytes(); }
-  DeviceMemory device_memory() const { return blocks_.backward().device_memory(); }
+  size_t memory_bytes() const;
+  DeviceMemory device_memory() const;
 
  private:
   Status PlayBackward(const FutureRange& range);
+  Status AccumulateAlpha(size_t at, const SequenceFrame& frame, bool continues);
 
   SequenceView view_;
   FutureBlocks blocks_;
+  std::optional<FutureBlocks> alpha_;
+  bool alpha_continues_ = false;  ///< the last frame's alpha was accumulated
   bool ahead_;
   Step step_;
 };

@@ -21,14 +21,19 @@ constexpr int64_t kBytesPerPixel = 1250;
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
 /// Window::kBoth: the backward denoiser and its frame, likewise.
 constexpr int64_t kBytesPerPixelBackward = 1200;
-/// Seven planes for each of four signals.
-constexpr int64_t kBytesPerPixelOfFuture = 7 * 4 * static_cast<int64_t>(sizeof(float));
 
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1250;
 
-/// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up.
+/// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up. The same again
+/// backward.
 constexpr int64_t kBytesPerPixelOfAlpha = 600;
+
+/// Of the light of one future, and of its alpha.
+int64_t BytesPerPixelOfFuture(const SequenceOptions& options) {
+  const int signals = options.denoise_alpha ? 5 : 4;
+  return 7 * signals * static_cast<int64_t>(sizeof(float));
+}
 
 /// For reading and writing in the background: the frame being read, as a file, as its channels and
 /// as planes; the old and new bytes of the one being written, and its channels.
@@ -37,13 +42,13 @@ constexpr int64_t kBytesPerChannelOverlapped = 6 * static_cast<int64_t>(sizeof(f
 int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
   int64_t per_pixel = kBytesPerPixel + extent.channels * kBytesPerChannel;
   if (options.window == Window::kBoth) {
-    per_pixel += kBytesPerPixelBackward + kBytesPerPixelOfFuture;
+    per_pixel += kBytesPerPixelBackward + BytesPerPixelOfFuture(options);
   }
   if (options.passes) {
     per_pixel += kBytesPerPixelOfPasses;
   }
   if (options.denoise_alpha) {
-    per_pixel += kBytesPerPixelOfAlpha;
+    per_pixel += kBytesPerPixelOfAlpha * (options.window == Window::kBoth ? 2 : 1);
   }
   // With motion in the files, the memory is used only where it is zero: that shows too late.
   if (options.motion == MotionSource::kAuto || options.motion == MotionSource::kEstimate) {
@@ -82,7 +87,7 @@ int64_t BytesOverlapped(const ExrExtent& extent, const SequenceOptions& options)
   int64_t bytes =
       BytesNeeded(extent, options) + extent.pixels * extent.channels * kBytesPerChannelOverlapped;
   if (options.window == Window::kBoth) {
-    bytes += (kFutureBlock - 1) * kBytesPerPixelOfFuture * extent.pixels;
+    bytes += (kFutureBlock - 1) * BytesPerPixelOfFuture(options) * extent.pixels;
   }
   return bytes;
 }
@@ -112,7 +117,7 @@ Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& op
   }
   // The frame itself already includes one.
   const int64_t left = options.memory.bytes - BytesNeeded(extent, options);
-  const int64_t each = kBytesPerPixelOfFuture * extent.pixels;
+  const int64_t each = BytesPerPixelOfFuture(options) * extent.pixels;
   return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));
 }
 

@@ -150,6 +150,24 @@ TEST(CliDenoiseSmoke, AlphaIsCopiedUnlessItIsDenoised) {
   }
 }
 
+TEST(CliDenoiseSmoke, AlphaOfLaterFramesHelpsTheFirst) {
+  const TemporaryFolder folder;
+  WriteSmoke(folder / "in.##.exr", {false, 2}, 8);
+  const auto squared_error = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {
+        "denoise", folder / "in.##.exr", "-o", folder / out, "--alpha", "denoise", "--window"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const ProgramRun run = RunProgram(arguments);
+    EXPECT_EQ(run.exit_code, 0) << run.errors;
+    return ErrorOf(Channel1(FrameFileName(folder / out, 1), "Combined.A"), 1 - kPasses).squared;
+  };
+  const double past = squared_error("past.##.exr", {"past"});
+  EXPECT_LT(squared_error("both.##.exr", {"both"}), 0.6 * past);
+  squared_error("one.##.exr", {"both", "--memory-limit", "6M"});
+  EXPECT_EQ(ReadText(folder / "both.01.exr"), ReadText(folder / "one.01.exr"))
+      << "how many futures are held at once changes no bits";
+}
+
 TEST(CliDenoiseSmoke, AResumedRunHasTheSameAlpha) {
   const TemporaryFolder folder;
   WriteSmoke(folder / "in.##.exr", {false, 1}, 6);

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(AlphaFilter, OpaqueFramesTakeNothing) {
   AlphaFilter filter(Default(), Device());
   Image1 alpha(kWidth, kHeight);
   alpha.Fill(1);
-  ASSERT_TRUE(filter.Filter(Wall(1), &alpha).ok());
+  ASSERT_TRUE(filter.Filter(Wall(1), FutureLight(), &alpha).ok());
   EXPECT_EQ(alpha(3, 3), 1);
   EXPECT_EQ(filter.memory_bytes(), 0u);
   EXPECT_THAT(filter.SaveHistory().value(), ::testing::IsEmpty());
@@ -65,7 +66,7 @@ TEST(AlphaFilter, NoiseLeavesAndTheMeanStays) {
     Image1 alpha;
     for (int64_t frame = 1; frame <= 10; ++frame) {
       alpha = Covered(part, frame);
-      ASSERT_TRUE(filter.Filter(Wall(frame), &alpha).ok());
+      ASSERT_TRUE(filter.Filter(Wall(frame), FutureLight(), &alpha).ok());
     }
     double sum = 0;
     double squares = 0;
@@ -83,6 +84,53 @@ TEST(AlphaFilter, NoiseLeavesAndTheMeanStays) {
   }
 }
 
+TEST(AlphaFilter, AlphaOfLaterFramesCounts) {
+  Result<Denoiser> backward = Denoiser::Create(SettingsOfAlpha(Default()));
+  ASSERT_TRUE(backward.ok());
+  FutureLight future;
+  for (int64_t frame = 8; frame >= 1; --frame) {
+    ASSERT_TRUE(
+        backward->Accumulate(FrameOfAlpha(Wall(frame), Covered(0.5f, frame)), &future).ok());
+  }
+  const auto squared_error = [](const FutureLight& later) {
+    AlphaFilter filter(Default(), Device());
+    Image1 alpha = Covered(0.5f, 1);
+    EXPECT_TRUE(filter.Filter(Wall(1), later, &alpha).ok());
+    double sum = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        sum += std::pow(alpha(x, y) - 0.5, 2);
+      }
+    }
+    return sum;
+  };
+  EXPECT_LT(squared_error(future), 0.4 * squared_error(FutureLight()));
+}
+
+/// What changes without motion, as smoke does.
+TEST(AlphaFilter, AHistoryWithoutConfidenceIsForgotten) {
+  Settings settings = Default();
+  settings.limit_history = false;  // would find this change by itself
+  const auto mean_after = [&](float confidence) {
+    AlphaFilter filter(settings, Device());
+    Image1 alpha;
+    for (int64_t frame = 1; frame <= 6; ++frame) {
+      alpha = Covered(frame < 6 ? 0.9f : 0.2f, frame);
+      Frame wall = Wall(frame);
+      wall.confidence = Image1(kWidth, kHeight);
+      wall.confidence.Fill(confidence);
+      EXPECT_TRUE(filter.Filter(wall, FutureLight(), &alpha).ok());
+    }
+    double sum = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      sum += std::accumulate(alpha.Row(y), alpha.Row(y) + kWidth, 0.0);
+    }
+    return sum / (kWidth * kHeight);
+  };
+  EXPECT_NEAR(mean_after(0), 0.2, 0.015);
+  EXPECT_GT(mean_after(1), 0.5);
+}
+
 TEST(AlphaFilter, EdgesWithoutNoiseStay) {
   AlphaFilter filter(Default(), Device());
   for (int64_t frame = 1; frame <= 6; ++frame) {
@@ -93,7 +141,7 @@ TEST(AlphaFilter, EdgesWithoutNoiseStay) {
       }
     }
     const Image1 given = alpha;
-    ASSERT_TRUE(filter.Filter(Wall(frame, 40), &alpha).ok());
+    ASSERT_TRUE(filter.Filter(Wall(frame, 40), FutureLight(), &alpha).ok());
     // The variance of a first frame is that of its pixels' neighbourhoods, edges included.
     for (int y = 0; y < kHeight && frame == 6; ++y) {
       for (int x = 0; x < kWidth; ++x) {
@@ -107,7 +155,7 @@ TEST(AlphaFilter, ASavedHistoryGoesOnWithTheSameBits) {
   AlphaFilter whole(Default(), Device());
   for (int64_t frame = 1; frame <= 3; ++frame) {
     Image1 alpha = Covered(0.5f, frame);
-    ASSERT_TRUE(whole.Filter(Wall(frame), &alpha).ok());
+    ASSERT_TRUE(whole.Filter(Wall(frame), FutureLight(), &alpha).ok());
   }
   const Result<std::vector<uint8_t>> saved = whole.SaveHistory();
   ASSERT_TRUE(saved.ok());
@@ -115,8 +163,8 @@ TEST(AlphaFilter, ASavedHistoryGoesOnWithTheSameBits) {
   ASSERT_TRUE(restored.RestoreHistory(*saved).ok());
   Image1 a = Covered(0.5f, 4);
   Image1 b = a;
-  ASSERT_TRUE(whole.Filter(Wall(4), &a).ok());
-  ASSERT_TRUE(restored.Filter(Wall(4), &b).ok());
+  ASSERT_TRUE(whole.Filter(Wall(4), FutureLight(), &a).ok());
+  ASSERT_TRUE(restored.Filter(Wall(4), FutureLight(), &b).ok());
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       EXPECT_EQ(a(x, y), b(x, y));
