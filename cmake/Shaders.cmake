@@ -63,8 +63,8 @@ function(stillray_embed_shader output file namespace symbol)
   set(input ${CMAKE_CURRENT_SOURCE_DIR}/${file})
   set(base ${CMAKE_CURRENT_BINARY_DIR}/shaders/${symbol})
   set(optimise -O)
-  if(STILLRAY_SANITIZE)
-    set(optimise "")  # it takes most of the time, and the tests on devices are not run there
+  if(STILLRAY_QUICK_COMPILE)
+    set(optimise "")  # it takes most of the time, and drivers do the same once more
   endif()
   file(MAKE_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/shaders)
   add_custom_command(

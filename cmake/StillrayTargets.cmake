@@ -46,13 +46,15 @@ set(STILLRAY_COMMON_HEADERS
   <span> <string> <string_view> <utility> <vector>
   <fmt/format.h> <fmt/ranges.h> <tbb/enumerable_thread_specific.h> <tbb/parallel_for.h> <stillray/vec.h>)
 
-# Under the sanitizers, which clang inserts first and optimises then, -O0 takes a third of the time of -O1 to
-# compile. Only the modules that tests spend their time in are optimised there.
-set(STILLRAY_OPTIMISED_MODULES core denoise doctor io motion pictures post quality ray_bench render scene)
+# -O0 takes a third of the time of -O1 to compile under the sanitizers, which clang inserts first and optimises then,
+# and half of that of -O2 elsewhere. With STILLRAY_QUICK_COMPILE only the modules that tests spend their time in are
+# optimised.
+set(STILLRAY_OPTIMISED_MODULES core denoise doctor io motion pictures post quality ray_bench render scene sequence)
 
-# stillray_do_not_optimise_sanitized(<target>)
-function(stillray_do_not_optimise_sanitized target)
-  if(STILLRAY_SANITIZE)
+# stillray_may_stay_unoptimised(<target>)
+# With STILLRAY_QUICK_COMPILE the target is not optimised.
+function(stillray_may_stay_unoptimised target)
+  if(STILLRAY_QUICK_COMPILE)
     target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O0>)
   endif()
 endfunction()
@@ -61,7 +63,7 @@ endfunction()
 # Compiles them for all modules above core, with the flags that these have in common.
 function(stillray_add_common_headers)
   set(targets stillray_common_headers)
-  if(STILLRAY_SANITIZE)
+  if(STILLRAY_QUICK_COMPILE)
     list(APPEND targets stillray_common_headers_unoptimised)
   endif()
   file(WRITE ${CMAKE_BINARY_DIR}/common_headers.cpp "")
@@ -70,17 +72,17 @@ function(stillray_add_common_headers)
     target_link_libraries(${target} PRIVATE stillray_options stillray_core fmt::fmt)
     target_precompile_headers(${target} PRIVATE ${STILLRAY_COMMON_HEADERS})
   endforeach()
-  if(STILLRAY_SANITIZE)
-    stillray_do_not_optimise_sanitized(stillray_common_headers_unoptimised)
+  if(STILLRAY_QUICK_COMPILE)
+    stillray_may_stay_unoptimised(stillray_common_headers_unoptimised)
   endif()
 endfunction()
 
 # stillray_use_common_headers(<target> [OPTIMISED])
-# For a library that links fmt::fmt and has no flags of its own. Without OPTIMISED it is not optimised under the
-# sanitizers.
+# For a library that links fmt::fmt and has no flags of its own. Without OPTIMISED it is not optimised with
+# STILLRAY_QUICK_COMPILE.
 function(stillray_use_common_headers target)
-  if(STILLRAY_SANITIZE AND NOT "OPTIMISED" IN_LIST ARGN)
-    stillray_do_not_optimise_sanitized(${target})
+  if(STILLRAY_QUICK_COMPILE AND NOT "OPTIMISED" IN_LIST ARGN)
+    stillray_may_stay_unoptimised(${target})
     target_precompile_headers(${target} REUSE_FROM stillray_common_headers_unoptimised)
   else()
     target_precompile_headers(${target} REUSE_FROM stillray_common_headers)
@@ -101,7 +103,7 @@ function(stillray_instrument_for_fuzzing target)
 endfunction()
 
 # stillray_compile_together(<target> [APART sources...])
-# Compiles the sources of a target eight at a time, which takes half of the time: most of it is for
+# Compiles the sources of a target sixteen at a time, which takes less than half of the time: most of it is for
 # headers and templates that they have in common. APART: sources that have a translation unit of their
 # own, because of a name in an unnamed namespace or since each instruction set compiles them again.
 # The sources of a test program have helpers of the same names: each source x_test.cpp is in a
@@ -109,7 +111,7 @@ endfunction()
 function(stillray_compile_together target)
   if(STILLRAY_UNITY_BUILD)
     cmake_parse_arguments(ARG "" "" "APART" ${ARGN})
-    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 8)
+    set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 16)
     set_source_files_properties(${ARG_APART} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
   endif()
 endfunction()
@@ -148,7 +150,7 @@ function(stillray_add_module name)
   if(TARGET stillray_common_headers AND fmt::fmt IN_LIST ARG_PRIVATE AND NOT ARG_OWN_FLAGS)
     stillray_use_common_headers(stillray_${name} ${optimised})
   elseif(NOT optimised)
-    stillray_do_not_optimise_sanitized(stillray_${name})
+    stillray_may_stay_unoptimised(stillray_${name})
   endif()
 endfunction()
 
@@ -189,16 +191,18 @@ endfunction()
 set(STILLRAY_DRIVER_ENVIRONMENT "GALLIVM_PERF=nopt" "LP_NATIVE_VECTOR_WIDTH=128")
 
 # stillray_add_test(<name> SOURCES ... LINK targets... [LABELS labels...] [TIMEOUT seconds] [SHARDS count]
-#                   [UNSANITIZED patterns...] [COST number] [OPTIMISED])
+#                   [UNSANITIZED patterns...] [EACH_CHANGE patterns...] [COST number] [OPTIMISED])
 # Declares a GoogleTest program. CTest runs it as a whole, or in SHARDS parts of its cases side by side:
 # most cases take less time than the start of a process, or than a device's shaders. With
 # STILLRAY_TEST_CASES it runs each case by itself. An odd number of parts divides cases of two kinds
 # (/Compute and /Hardware, say) evenly. LABELS: "fast" programs also run under the sanitizers,
-# "slow" ones do not. Default: fast. TIMEOUT: of a part, default 900. UNSANITIZED: cases that do not run
-# under the sanitizers, because others run the same code in less time; patterns of --gtest_filter. OPTIMISED:
-# the program's own loops take longer without than it takes to compile them with. COST: see stillray_add_runs.
+# "slow" ones do not, "long" ones exist with STILLRAY_LONG_TESTS only. Default: fast. TIMEOUT: of a part,
+# default 900. UNSANITIZED: cases that do not run under the sanitizers, because others run the same code in less
+# time; patterns of --gtest_filter. EACH_CHANGE: the cases of a "long" program that run without STILLRAY_LONG_TESTS,
+# too. OPTIMISED: the program's own loops take longer without than it takes to compile them with. COST: see
+# stillray_add_runs.
 function(stillray_add_test name)
-  cmake_parse_arguments(ARG "OPTIMISED" "COST;TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED" ${ARGN})
+  cmake_parse_arguments(ARG "OPTIMISED" "COST;TIMEOUT;SHARDS" "SOURCES;LINK;LABELS;UNSANITIZED;EACH_CHANGE" ${ARGN})
   if(NOT ARG_LABELS)
     set(ARG_LABELS fast)
   endif()
@@ -216,15 +220,21 @@ function(stillray_add_test name)
   stillray_set_test_flags(${name} ${optimised})
   target_link_libraries(${name} PRIVATE ${ARG_LINK})
   target_precompile_headers(${name} REUSE_FROM ${headers})
-  if(STILLRAY_SANITIZE AND NOT "fast" IN_LIST ARG_LABELS AND NOT "fuzz" IN_LIST ARG_LABELS)
-    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)  # too slow to be run there
-    return()
-  endif()
   set(filter "*")
+  set(run TRUE)
+  if("long" IN_LIST ARG_LABELS AND NOT STILLRAY_LONG_TESTS)
+    list(JOIN ARG_EACH_CHANGE ":" filter)
+    list(LENGTH ARG_EACH_CHANGE run)
+    set(ARG_LABELS slow)
+  endif()
   if(STILLRAY_SANITIZE)
     list(JOIN ARG_UNSANITIZED ":" patterns)
     set(filter "-${patterns}")
     math(EXPR ARG_TIMEOUT "4 * ${ARG_TIMEOUT}")
+  endif()
+  if(NOT run OR (STILLRAY_SANITIZE AND NOT "fast" IN_LIST ARG_LABELS))
+    set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL TRUE)
+    return()
   endif()
   stillray_add_runs(${name} LABELS ${ARG_LABELS} FILTER "${filter}" TIMEOUT ${ARG_TIMEOUT} SHARDS ${ARG_SHARDS}
     COST ${ARG_COST} ENVIRONMENT ${STILLRAY_TEST_ENVIRONMENT})
@@ -246,7 +256,7 @@ function(stillray_add_runs program)
   set(cost 1)
   if(ARG_COST)
     set(cost ${ARG_COST})
-  elseif("slow" IN_LIST ARG_LABELS)
+  elseif(NOT "fast" IN_LIST ARG_LABELS)
     set(cost 10)
   endif()
   if(STILLRAY_TEST_CASES)

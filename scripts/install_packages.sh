@@ -5,7 +5,8 @@
 # Installs what stillray needs on Debian 12 or newer, as root or through sudo.
 #   scripts/install_packages.sh program  compilers, and libraries of the program on the CPU
 #   scripts/install_packages.sh build    also what Vulkan and Python need
-#   scripts/install_packages.sh test     also what only the tests and checks use
+#   scripts/install_packages.sh test     also what the tests and checks of every change use
+#   scripts/install_packages.sh all      also what the long tests use: a browser and windows
 set -euo pipefail
 
 program_packages=(
@@ -21,17 +22,21 @@ build_packages=(
   libvulkan-dev glslc
 )
 test_packages=(
-  libgtest-dev libgmock-dev python3 chromium chromium-driver
+  libgtest-dev libgmock-dev python3
   clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu
-  xvfb xdotool libgl1-mesa-dri
   mesa-vulkan-drivers vulkan-validationlayers
+)
+long_test_packages=(
+  chromium chromium-driver
+  xvfb xdotool libgl1-mesa-dri
 )
 
 case "${1:-}" in
   program) wanted=("${program_packages[@]}") ;;
   build) wanted=("${build_packages[@]}") ;;
   test) wanted=("${build_packages[@]}" "${test_packages[@]}") ;;
-  *) sed -n 's/^# \?//; 5,8p' "$0" >&2; exit 2 ;;
+  all) wanted=("${build_packages[@]}" "${test_packages[@]}" "${long_test_packages[@]}") ;;
+  *) sed -n 's/^# \?//; 5,9p' "$0" >&2; exit 2 ;;
 esac
 
 missing=()

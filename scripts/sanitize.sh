@@ -2,11 +2,24 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# Builds everything with clang under the address and undefined-behaviour sanitizers, runs the fast
-# tests, and lets each fuzzer look for new failures for a while.
-#   scripts/sanitize.sh [SECONDS per fuzzer, default 30]
+# Builds with clang under the address and undefined-behaviour sanitizers, runs the fast tests, and lets each
+# fuzzer look for new failures for a while.
+#   scripts/sanitize.sh [--all] [SECONDS per fuzzer, default 30]
+#   --all  everything: the tracer, the program and the viewer too, not only the library and what reads frames
 set -euo pipefail
 cd "$(dirname "$0")/.."
+programs=(core_test denoise_test capi_test io_test)
+fuzzers=(image_fuzz)
+selection=(-R "^($(IFS='|'; echo "${programs[*]}"))|^fuzz.image")
+targets=(--target "${programs[@]}" "${fuzzers[@]}")
+vulkan=OFF
+if [ "${1:-}" = --all ]; then
+  selection=(-L 'fast|fuzz')
+  targets=()
+  fuzzers+=(gltf_fuzz obj_fuzz)
+  vulkan=ON
+  shift
+fi
 seconds="${1:-30}"
 
 scripts/install_packages.sh test
@@ -16,10 +29,10 @@ flags='-O1 -DNDEBUG'
 if grep -qw avx2 /proc/cpuinfo && grep -qw aes /proc/cpuinfo; then
   flags+=' -march=haswell -maes'
 fi
-cmake --preset asan -DCMAKE_CXX_FLAGS_RELEASE="$flags" >/dev/null
-cmake --build build-sanitize
+cmake --preset asan -DCMAKE_CXX_FLAGS_RELEASE="$flags" -DSTILLRAY_BUILD_VULKAN="$vulkan" >/dev/null
+cmake --build build-sanitize "${targets[@]}"
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
-ctest --test-dir build-sanitize -L 'fast|fuzz' --output-on-failure --no-tests=error -j "$(nproc)"
+ctest --test-dir build-sanitize "${selection[@]}" --output-on-failure --no-tests=error -j "$(nproc)"
 
 # One fuzzer per processor at a time.
 fuzz() { # PROGRAM
@@ -38,4 +51,4 @@ fuzz() { # PROGRAM
 }
 export -f fuzz
 export seconds
-printf '%s\0' build-sanitize/tests/fuzz/*_fuzz | xargs -0 -n 1 -P "$(nproc)" bash -c 'fuzz "$0"'
+printf '%s\0' "${fuzzers[@]/#/build-sanitize/tests/fuzz/}" | xargs -0 -n 1 -P "$(nproc)" bash -c 'fuzz "$0"'

@@ -8,7 +8,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-scripts/install_packages.sh test
+scripts/install_packages.sh all
 CC=clang CXX=clang++ cmake -S . -B build-soak -G Ninja -DSTILLRAY_BUILD_TESTS=OFF \
   -DSTILLRAY_BUILD_PYTHON=OFF -DCMAKE_BUILD_TYPE=RelWithDebInfo \
   -DSTILLRAY_SANITIZE=address,undefined >/dev/null

@@ -11,14 +11,11 @@
 #include "core/guides.h"
 #include "core/pixels.h"
 #include "io/aov_importer.h"
+#include "io/aov_light.h"
 #include "io/lossy.h"
 
 namespace stillray::io {
 namespace {
-
-/// Sums of passes differ from the colour by the rounding of halves; a larger fraction of it is
-/// light that no pass holds.
-constexpr float kRoundingPart = 0.01f;
 
 struct LightRow {
   Aov aov;

@@ -10,6 +10,10 @@
 
 namespace stillray::io {
 
+/// Sums of passes differ from the colour by the rounding of halves, at most by this fraction of it;
+/// a larger difference is light that no pass holds.
+inline constexpr float kRoundingPart = 0.01f;
+
 /// Whether the AOV is one kind of light, not the sum.
 bool IsLight(Aov aov);
 /// The colour layer by which divided light must be multiplied.

@@ -11,8 +11,6 @@
 namespace stillray::io {
 namespace {
 
-/// Differences below this fraction are ignored: rounding of halves.
-constexpr float kRoundingPart = 0.01f;
 /// Fraction of the passes' light that the colour may lack. Measured: below 1e-4 in clean frames of
 /// Blender and of stillray, 0.4 for a denoised colour beside passes of 1 spp, 0.02 of 256 spp.
 constexpr double kMayLack = 0.02;

@@ -281,7 +281,7 @@ TEST(Sparse, TheFirstFrameHasNeitherHolesNorDots) {
     Denoiser d = MakeDenoiser(PresetSettings(preset).value());
     Frame f = MakeWall(kWidth, kHeight);
     FillImage<3>(&Light(&f, SignalKind::kDirectDiffuse), [&](int x, int y, int) {
-      return 2.0f * Random(11, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+      return 2.0f * Random(11u, static_cast<uint32_t>(x), static_cast<uint32_t>(y));
     });
     DenoisedFrame out;
     ASSERT_TRUE(d.Denoise(MakeSparse(std::move(f), 32, true), &out).ok());

@@ -1,0 +1,17 @@
+#!/bin/bash
+# SPDX-FileCopyrightText: the stillray developers
+# SPDX-License-Identifier: Apache-2.0
+#
+# What a release must pass, about an hour on two cores: all tests, formatting, a syntax check for ARM, the library
+# without Vulkan and without vector instructions, and all fast tests and fuzzers under clang's sanitizers. Needs root
+# or sudo for packages that are missing.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/test.sh --all
+scripts/format.sh --check
+scripts/check_neon.sh
+cmake --preset scalar >/dev/null
+cmake --build --preset scalar
+ctest --preset scalar -j "$(nproc)"
+scripts/sanitize.sh --all
