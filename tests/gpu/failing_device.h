@@ -11,6 +11,7 @@
 #include <dlfcn.h>
 
 #include <cstdlib>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -18,6 +19,14 @@
 #include "gpu/device.h"
 
 namespace stillray::test {
+
+/// The result of one call of a Vulkan function, and its report.
+struct Failure {
+  const char* function;
+  int count;  ///< of the call that fails; 1: the first
+  VkResult result;
+  const char* action;  ///< a part of the message
+};
 
 /// Calls `failing_loader_reset`, and has the loader fail the `count`-th call of a function from now
 /// on. \param function  nullptr: nothing fails
@@ -41,6 +50,19 @@ inline const char* MeaningOf(VkResult result) {
          : result == VK_ERROR_OUT_OF_DEVICE_MEMORY ? "out of device memory"
          : result == VK_ERROR_OUT_OF_HOST_MEMORY   ? "out of host memory"
                                                    : "(";
+}
+
+inline void FailAt(const Failure& failure) {
+  FailAt(failure.function, failure.count, failure.result);
+}
+
+/// Expects one line that names the action and the cause.
+inline void ExpectReported(const Status& status, const Failure& failure) {
+  ASSERT_FALSE(status.ok()) << failure.function;
+  EXPECT_THAT(status.message(), ::testing::HasSubstr(failure.action)) << failure.function;
+  EXPECT_THAT(status.message(), ::testing::HasSubstr(MeaningOf(failure.result)))
+      << failure.function;
+  EXPECT_EQ(status.message().find('\n'), std::string::npos) << failure.function;
 }
 
 /// Skipped where no device works.
@@ -91,6 +113,29 @@ class FailingDevice : public ::testing::Test {
     if (messages != nullptr) {
       EXPECT_THAT(messages->Take(), ::testing::IsEmpty());
     }
+  }
+
+  /// Runs again and again, with the first, the second, ... call of a function failing, until `run`
+  /// makes fewer calls than that, and closes the device after each run.
+  ///
+  /// \param failure       its count is not used
+  /// \param least_failed  calls that `run` makes at least
+  void FailEachCall(Failure failure, int least_failed,
+                    const std::function<Status(const Failure&)>& run) {
+    constexpr int kMostCalls = 60;
+    bool failed = true;
+    for (failure.count = 1; failed && failure.count <= kMostCalls; ++failure.count) {
+      const Status status = run(failure);
+      failed = !status.ok();
+      if (failed) {
+        ExpectReported(status, failure);
+      }
+      Close();
+      ASSERT_FALSE(HasFailure()) << failure.function << " " << failure.count;
+    }
+    EXPECT_FALSE(failed) << failure.function;
+    EXPECT_GE(failure.count - 2, least_failed)
+        << failure.function;  // the last run is without a failure
   }
 
   std::shared_ptr<gpu::Instance> instance_;

@@ -20,17 +20,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-struct Failure {
-  const char* function;
-  int count;
-  VkResult result;
-  const char* action;  ///< the action in the message
-};
-
-/// Lets the loader fail.
-void Prepare(const Failure& failure) {
-  test::FailAt(failure.function, failure.count, failure.result);
-}
+using test::Failure;
 
 class Failures : public test::FailingDevice {
  protected:
@@ -84,7 +74,7 @@ class Failures : public test::FailingDevice {
     Result<Denoiser> denoiser = Denoiser::Create(
         Settings(), MakeDevice(std::make_shared<vulkan::VulkanBackend>(device_), "test"));
     STILLRAY_RETURN_IF_ERROR(denoiser.status());
-    Prepare(failure);
+    test::FailAt(failure);
     DenoisedFrame out;
     STILLRAY_RETURN_IF_ERROR(denoiser->Denoise(frames[0], &out));
     return denoiser->Denoise(frames[1], &out);
@@ -99,13 +89,6 @@ class Failures : public test::FailingDevice {
     options.height = 12;
     options.incomplete_guides = true;
     return VulkanDenoiser::Create(context, options).status();
-  }
-
-  static void ExpectTold(const Status& status, const Failure& failure) {
-    ASSERT_FALSE(status.ok()) << failure.function;
-    EXPECT_THAT(status.message(), HasSubstr(failure.action)) << failure.function;
-    EXPECT_THAT(status.message(), HasSubstr(test::MeaningOf(failure.result))) << failure.function;
-    EXPECT_EQ(status.message().find('\n'), std::string::npos) << failure.function;
   }
 };
 
@@ -152,14 +135,13 @@ TEST_F(Failures, OfTheHostApiLeaveNothingBehind) {
   ASSERT_TRUE(Denoise().ok());
   Close();
   for (const Failure& failure : failures) {
-    Prepare(failure);
-    ExpectTold(Denoise(), failure);
+    test::FailAt(failure);
+    test::ExpectReported(Denoise(), failure);
     Close();
     ASSERT_FALSE(HasFailure()) << failure.function;
   }
 }
 
-// Every call of these in turn, up to the last.
 TEST_F(Failures, ADeviceThatHangsIsReportedAndNotUsedAgain) {
   setenv("FAILING_DEVICE", "gpu", 1);
   gpu::InstanceOptions options;  // without validation, which reports that nothing is destroyed
@@ -167,7 +149,7 @@ TEST_F(Failures, ADeviceThatHangsIsReportedAndNotUsedAgain) {
   const std::shared_ptr<gpu::Instance> instance = *gpu::Instance::Create(options);
   const gpu::DeviceInfo info = *gpu::ChooseDevice(*instance->ListDevices(), "vulkan");
   const std::shared_ptr<gpu::Device> device = *gpu::Device::Create(instance, info);
-  Prepare({"vkWaitForFences", 1, VK_TIMEOUT, ""});
+  test::FailAt("vkWaitForFences", 1, VK_TIMEOUT);
   ASSERT_TRUE(device->Begin().ok());
   EXPECT_EQ(device->Run().message(),
             "Vulkan: waiting for the device: it hangs; its work was not finished after 10 s, "
@@ -178,48 +160,27 @@ TEST_F(Failures, ADeviceThatHangsIsReportedAndNotUsedAgain) {
 }
 
 TEST_F(Failures, OfBothWaysAndSavedHistoriesLeaveNothingBehind) {
-  constexpr int kMostCalls = 60;
-  for (Failure failure :
+  for (const Failure& failure :
        {Failure{"vkAllocateMemory", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "allocating device memory"},
         Failure{"vkQueueSubmit", 1, VK_ERROR_DEVICE_LOST, "submitting work"},
         Failure{"vkInvalidateMappedMemoryRanges", 1, VK_ERROR_OUT_OF_HOST_MEMORY,
                 "reading mapped memory"}}) {
-    bool failed = true;
-    for (; failed && failure.count <= kMostCalls; ++failure.count) {
-      Prepare(failure);
-      const Status status = PlayBothWays();
-      failed = !status.ok();
-      if (failed) {
-        ExpectTold(status, failure);
-      }
-      Close();
-      ASSERT_FALSE(HasFailure()) << failure.function << " " << failure.count;
-    }
-    EXPECT_FALSE(failed) << failure.function;
-    EXPECT_GT(failure.count, 4) << failure.function;  // it was not the first that went through
+    FailEachCall(failure, 3, [&](const Failure& next) {
+      test::FailAt(next);
+      return PlayBothWays();
+    });
   }
 }
 
+// Calls of the layer, of the rest, and more.
 TEST_F(Failures, OfFramesOnTheDeviceLeaveNothingBehind) {
-  constexpr int kMostCalls = 60;
-  for (Failure failure :
+  for (const Failure& failure :
        {Failure{"vkAllocateMemory", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "allocating device memory"},
         Failure{"vkCreateQueryPool", 1, VK_ERROR_OUT_OF_DEVICE_MEMORY, "creating a query pool"},
         Failure{"vkCreateDescriptorPool", 1, VK_ERROR_OUT_OF_HOST_MEMORY,
                 "creating a descriptor pool"},
         Failure{"vkQueueSubmit", 1, VK_ERROR_DEVICE_LOST, "submitting work"}}) {
-    bool failed = true;
-    for (; failed && failure.count <= kMostCalls; ++failure.count) {
-      const Status status = DenoiseWhatIsThere(failure);
-      failed = !status.ok();
-      if (failed) {
-        ExpectTold(status, failure);
-      }
-      Close();
-      ASSERT_FALSE(HasFailure()) << failure.function << " " << failure.count;
-    }
-    EXPECT_FALSE(failed) << failure.function;
-    EXPECT_GT(failure.count, 4) << failure.function;  // of the layer, of the rest, and more
+    FailEachCall(failure, 3, [&](const Failure& next) { return DenoiseWhatIsThere(next); });
   }
 }
 
@@ -243,8 +204,8 @@ TEST_F(Failures, OfOneDenoiserLeaveSharedPipelinesToTheNext) {
                 "compiling the shader"}}) {
     Close();
     ASSERT_TRUE(Open().ok());
-    Prepare(failure);
-    ExpectTold(make(), failure);
+    test::FailAt(failure);
+    test::ExpectReported(make(), failure);
     EXPECT_EQ(created(), 3u) << failure.function;
     test::FailAt(nullptr, 0, VK_SUCCESS);
     const Status again = make();
@@ -263,8 +224,8 @@ TEST_F(Failures, OfAnEmbeddedDenoiserLeaveTheRenderersDeviceUsable) {
   };
   ASSERT_TRUE(Open().ok());
   for (const Failure& failure : failures) {
-    Prepare(failure);
-    ExpectTold(Embed(), failure);
+    test::FailAt(failure);
+    test::ExpectReported(Embed(), failure);
     test::FailAt(nullptr, 0, VK_SUCCESS);
     const Status again = Embed();
     EXPECT_TRUE(again.ok()) << again.message();
