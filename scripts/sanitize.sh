@@ -12,12 +12,12 @@ programs=(core_test denoise_test capi_test io_test)
 fuzzers=(image_fuzz)
 selection=(-R "^($(IFS='|'; echo "${programs[*]}"))|^fuzz.image")
 targets=(--target "${programs[@]}" "${fuzzers[@]}")
-vulkan=OFF
+everything=OFF
 if [ "${1:-}" = --all ]; then
   selection=(-L 'fast|fuzz')
   targets=()
   fuzzers+=(gltf_fuzz obj_fuzz)
-  vulkan=ON
+  everything=ON
   shift
 fi
 seconds="${1:-30}"
@@ -29,7 +29,8 @@ flags='-O1 -DNDEBUG'
 if grep -qw avx2 /proc/cpuinfo && grep -qw aes /proc/cpuinfo; then
   flags+=' -march=haswell -maes'
 fi
-cmake --preset asan -DCMAKE_CXX_FLAGS_RELEASE="$flags" -DSTILLRAY_BUILD_VULKAN="$vulkan" >/dev/null
+cmake --preset asan -DCMAKE_CXX_FLAGS_RELEASE="$flags" \
+  -DSTILLRAY_BUILD_VULKAN="$everything" -DSTILLRAY_LONG_TESTS="$everything" >/dev/null
 cmake --build build-sanitize "${targets[@]}"
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 ctest --test-dir build-sanitize "${selection[@]}" --output-on-failure --no-tests=error -j "$(nproc)"
