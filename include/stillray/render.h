@@ -22,6 +22,8 @@ namespace stillray {
 enum class SamplerKind : uint8_t {
   kSobol,     ///< Owen-scrambled Sobol', decorrelated per pixel and frame
   kHalton16,  ///< cycles of the 16 Halton points of SVGF (section 3), rotated per pixel and cycle
+  kZSobol,    ///< Owen-scrambled Sobol', stratified over blocks of 8x8 pixels and over time: the
+              ///< least noise after filtering
 };
 
 /// Where guides, emission and background are known in frames with less than one path per pixel.
@@ -63,7 +65,7 @@ struct RenderSettings {
   GuideCoverage guides = GuideCoverage::kFull;  ///< only used if cycle is above 1
   int bounces = 4;  ///< surfaces a path may scatter at after the first one, 1..32 (1: as in SVGF)
   uint64_t seed = 0;
-  SamplerKind sampler = SamplerKind::kSobol;
+  SamplerKind sampler = SamplerKind::kZSobol;
   /// All rays of a frame pass through the same point of their pixels, which moves from frame to
   /// frame (Halton 2,3, period 16), for temporal antialiasing. Off: always the centre.
   bool jitter = true;

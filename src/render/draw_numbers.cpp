@@ -68,9 +68,37 @@ HWY_INLINE void StoreScrambled(VU reversed, VU set_seed, uint32_t dimension, flo
   hn::Store(hn::Mul(whole, hn::Set(df, 1.0f / 16777216.0f)), df, out);
 }
 
+template <int kBits>
 HWY_INLINE VU ShuffledIndex(VU index, VU seed) {
-  const VU mask = Constant((1u << kSobolBits) - 1u);
+  const VU mask = Constant((1u << kBits) - 1u);
   return hn::And(ReverseBits(ScrambleReversed(ReverseBits(hn::And(index, mask)), seed)), mask);
+}
+
+HWY_INLINE VU BlockIndex(VU position, VU index, VU seed) {
+  const VU low =
+      ShuffledIndex<kBlockBits>(position, HashCombine(seed, Constant(stillray::HashU32(5u))));
+  const VU high =
+      ShuffledIndex<kBlockSampleBits>(index, HashCombine(seed, Constant(stillray::HashU32(6u))));
+  return hn::Or(low, hn::ShiftLeft<kBlockBits>(high));
+}
+
+/// Coordinates `kFirst` to `kFirst` + 3 of each point, scrambled.
+template <int kFirst>
+HWY_INLINE void StorePoints(VU index, VU set_seed, int i, NumberBatch* numbers) {
+  const DU d;
+  VU point[4] = {hn::Zero(d), hn::Zero(d), hn::Zero(d), hn::Zero(d)};
+  VU rest = index;
+  for (int bit = 0; bit < kSobolBits; ++bit) {
+    const VU on = hn::Sub(hn::Zero(d), hn::And(rest, Constant(1u)));
+    rest = hn::ShiftRight<1>(rest);
+    for (int k = 0; k < 4; ++k) {
+      const uint32_t direction = kSobolDirections[kSobolDimensions * bit + kFirst + k];
+      point[k] = hn::Xor(point[k], hn::And(on, Constant(direction)));
+    }
+  }
+  for (int k = 0; k < 4; ++k) {
+    StoreScrambled(point[k], set_seed, static_cast<uint32_t>(k), numbers->u[k] + i);
+  }
 }
 
 /// Arrays end on whole vectors: lanes behind the last path are computed, but not used.
@@ -79,23 +107,20 @@ void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbe
   for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {
     const VU set = hn::Add(hn::Load(d, samplers.set + i), Constant(offset));
     const VU set_seed = HashCombine(hn::Load(d, samplers.seed + i), HashU32(set));
-    const VU index = ShuffledIndex(hn::Load(d, samplers.index + i), set_seed);
-    VU y = hn::Zero(d);
-    VU z = hn::Zero(d);
-    VU w = hn::Zero(d);
-    VU rest = index;
-    for (int bit = 0; bit < kSobolBits; ++bit) {
-      const VU on = hn::Sub(hn::Zero(d), hn::And(rest, Constant(1u)));
-      rest = hn::ShiftRight<1>(rest);
-      y = hn::Xor(y, hn::And(on, Constant(kSobolDirections[4 * bit + 1])));
-      z = hn::Xor(z, hn::And(on, Constant(kSobolDirections[4 * bit + 2])));
-      w = hn::Xor(w, hn::And(on, Constant(kSobolDirections[4 * bit + 3])));
-    }
-    // The first dimension's direction numbers are the bits themselves.
-    StoreScrambled(index, set_seed, 0, numbers->u[0] + i);
-    StoreScrambled(y, set_seed, 1, numbers->u[1] + i);
-    StoreScrambled(z, set_seed, 2, numbers->u[2] + i);
-    StoreScrambled(w, set_seed, 3, numbers->u[3] + i);
+    const VU index = ShuffledIndex<kSobolBits>(hn::Load(d, samplers.index + i), set_seed);
+    StorePoints<0>(index, set_seed, i, numbers);
+  }
+}
+
+void DrawBlockSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
+  const DU d;
+  for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {
+    const VU set = hn::Add(hn::Load(d, samplers.set + i), Constant(offset));
+    const VU seed = hn::Load(d, samplers.seed + i);
+    const VU set_seed = HashCombine(hn::ShiftRight<kBlockBits>(seed), HashU32(set));
+    const VU position = hn::And(seed, Constant((1u << kBlockBits) - 1u));
+    const VU index = BlockIndex(position, hn::Load(d, samplers.index + i), set_seed);
+    StorePoints<kBlockFirstDimension>(index, set_seed, i, numbers);
   }
 }
 
@@ -108,10 +133,15 @@ HWY_AFTER_NAMESPACE();
 namespace stillray::render {
 
 HWY_EXPORT(DrawSobol);
+HWY_EXPORT(DrawBlockSobol);
 
 void DrawNumbers(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
   if (samplers.kind == SamplerKind::kSobol) {
     HWY_DYNAMIC_DISPATCH(DrawSobol)(samplers, offset, numbers);
+    return;
+  }
+  if (samplers.kind == SamplerKind::kZSobol) {
+    HWY_DYNAMIC_DISPATCH(DrawBlockSobol)(samplers, offset, numbers);
     return;
   }
   for (int i = 0; i < samplers.count; ++i) {

@@ -243,7 +243,7 @@ void PathTracer::TakeTile(const Tile& tile, TileScratch* scratch) const {
 }
 
 void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch* scratch) const {
-  const SamplerKind kind = SamplerOf(stream, settings_.sampler);
+  const SamplerKind kind = SamplerOf(stream, settings_.sampler, settings_.spp);
   for (int i = 0; i < scratch->count; ++i) {
     const auto [x, y] = scratch->positions[i];
     scratch->samplers[i] = MakePathSampler(kind, settings_.seed, stream, x, y, sample);

@@ -5,7 +5,8 @@
 namespace stillray::render {
 
 static_assert(static_cast<uint32_t>(SamplerKind::kSobol) == kSamplerSobol &&
-              static_cast<uint32_t>(SamplerKind::kHalton16) == kSamplerHalton16);
+              static_cast<uint32_t>(SamplerKind::kHalton16) == kSamplerHalton16 &&
+              static_cast<uint32_t>(SamplerKind::kZSobol) == kSamplerZSobol);
 
 namespace {
 
@@ -15,28 +16,37 @@ struct SobolTables {
   uvec4 low[256];
   uvec4 high[256];
 
-  SobolTables() {
+  explicit SobolTables(int first_dimension) {
     for (uint32_t i = 0; i < 256; ++i) {
-      low[i] = SobolReversed(i);
-      high[i] = SobolReversed(i << 8);
+      low[i] = SobolReversed(i, first_dimension);
+      high[i] = SobolReversed(i << 8, first_dimension);
     }
   }
+  uvec4 Point(uint32_t index) const { return low[index & 255u] ^ high[index >> 8]; }
 };
 static_assert(kSobolBits == 16);
 
 const SobolTables& Tables() {
-  static const SobolTables kTables;
+  static const SobolTables kTables(0);
+  return kTables;
+}
+
+const SobolTables& BlockTables() {
+  static const SobolTables kTables(kBlockFirstDimension);
   return kTables;
 }
 
 }  // namespace
 
 vec4 PathSampler::Get(uint32_t set) const {
+  if (kind == SamplerKind::kZSobol) {
+    const uint32_t set_seed = HashCombine(BlockOfSeed(seed), set);
+    const uint32_t i = BlockIndex(PositionOfSeed(seed), index, set_seed);
+    return ScramblePoint(BlockTables().Point(i), set_seed);
+  }
   const uint32_t set_seed = HashCombine(seed, set);
   if (kind == SamplerKind::kSobol) {
-    const uint32_t i = ShuffledIndex(index, set_seed);
-    const SobolTables& tables = Tables();
-    return ScramblePoint(tables.low[i & 255u] ^ tables.high[i >> 8], set_seed);
+    return ScramblePoint(Tables().Point(ShuffledIndex(index, set_seed, kSobolBits)), set_seed);
   }
   return HaltonSample(index, set_seed, HashU32(set));
 }
@@ -46,12 +56,22 @@ uint32_t StreamSeed(uint64_t seed, SampleStream stream) {
   return HashCombine(h, static_cast<uint32_t>(stream));
 }
 
-SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen) {
-  return stream == SampleStream::kReference ? SamplerKind::kSobol : chosen;
+SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen, int spp) {
+  const bool in_blocks = chosen == SamplerKind::kZSobol && spp <= kMostSppOfBlocks;
+  const bool is_halton = chosen == SamplerKind::kHalton16;
+  return stream == SampleStream::kFrames && (in_blocks || is_halton) ? chosen : SamplerKind::kSobol;
 }
 
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample) {
-  return kind == SamplerKind::kSobol ? sample >> kSobolBits : sample / kHaltonPeriod;
+  switch (kind) {
+    case SamplerKind::kSobol:
+      return sample >> kSobolBits;
+    case SamplerKind::kZSobol:
+      return sample >> kBlockSampleBits;
+    case SamplerKind::kHalton16:
+      break;
+  }
+  return sample / kHaltonPeriod;
 }
 
 uint32_t SampleIndex(uint64_t sample) {
@@ -64,9 +84,9 @@ PathSampler MakePathSampler(SamplerKind kind, uint64_t seed, SampleStream stream
   PathSampler sampler;
   sampler.kind = kind;
   sampler.index = SampleIndex(sample);
-  sampler.seed =
-      PixelSeed(StreamSeed(seed, stream), static_cast<uint32_t>(x), static_cast<uint32_t>(y),
-                static_cast<uint32_t>(window), static_cast<uint32_t>(window >> 32));
+  sampler.seed = SamplerSeed(static_cast<uint32_t>(kind), StreamSeed(seed, stream),
+                             static_cast<uint32_t>(x), static_cast<uint32_t>(y),
+                             static_cast<uint32_t>(window), static_cast<uint32_t>(window >> 32));
   return sampler;
 }
 

@@ -16,9 +16,9 @@ enum class SampleStream : uint32_t { kFrames = 0, kReference = 1 };
 
 /// The random numbers of one path. A plain value: equal members yield equal numbers.
 struct PathSampler {
-  SamplerKind kind = SamplerKind::kSobol;
+  SamplerKind kind = SamplerKind::kZSobol;
   uint32_t index = 0;  ///< number of the sample within its sequence
-  uint32_t seed = 0;   ///< of the pixel, the stream and the sequence
+  uint32_t seed = 0;   ///< of the pixel, the stream and the sequence (SamplerSeed)
 
   /// Four numbers in [0, 1). \param set  of dimensions: kPrimaryDimensions, kLensDimensions,
   /// ScatterDimensions(), LightDimensions()
@@ -27,11 +27,16 @@ struct PathSampler {
 
 /// The part of the seed that is common to all pixels (PixelSeed).
 uint32_t StreamSeed(uint64_t seed, SampleStream stream);
-/// The sampler of a stream: references are converged pictures, which need a long sequence.
+/// The sampler of a stream. References are converged pictures, which need a long sequence. Above
+/// kMostSppOfBlocks a pixel's samples are better stratified among themselves than with its
+/// neighbours' (measured: docs/scenes.md), and kZSobol becomes kSobol.
 /// \param chosen  RenderSettings::sampler, used for frames
-SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen);
+/// \param spp     RenderSettings::spp
+SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen, int spp);
+inline constexpr int kMostSppOfBlocks = 2;
 /// The number of the pixel's sequence that contains sample `sample`: beyond its length
-/// (2^kSobolBits or kHaltonPeriod) a new sequence begins, with another scramble or rotation.
+/// (2^kSobolBits, 2^kBlockSampleBits or kHaltonPeriod) a new sequence begins, with another scramble
+/// or rotation.
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample);
 /// The index of the sample within that sequence.
 uint32_t SampleIndex(uint64_t sample);

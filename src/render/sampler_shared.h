@@ -3,6 +3,14 @@
 
 // Where random numbers come from: padded sets of four dimensions, each set decorrelated from the
 // others by hashing.
+//  - Z-order Sobol': blocks of 8x8 pixels share a sequence, so that the samples that a filter
+//    averages are stratified over the pixels too, after Ahmed and Wonka (2020), "Screen-Space
+//    Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels". The
+//    low bits of a point's index are the pixel's position in Morton order, the high ones the number
+//    of the sample. Hence any aligned 2^k x 2^k or 2^k x 2^(k+1) pixels of a frame have successive
+//    points, and a pixel's samples over time are those of an elementary interval of the sequence's
+//    first dimension, stratified in the others (Gruenschloss, Raab, Keller 2012, "Enumerating
+//    Quasi-Monte Carlo Point Sequences in Elementary Intervals").
 //  - Sobol': the first four dimensions with the direction numbers of Joe and Kuo (2008), shuffled
 //    and Owen-scrambled per pixel and set after Burley (2020), "Practical Hash-based Owen
 //    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: give the pair that
@@ -23,25 +31,26 @@ STILLRAY_RENDER_BEGIN
 // Samples of one Sobol' sequence; higher sample numbers change the seed.
 const int kSobolBits = 16;
 
-// Direction numbers, least significant bit first: those of dimension 0..3 for bit 0 of the index,
+// Direction numbers, least significant bit first: those of dimension 0..5 for bit 0 of the index,
 // then for bit 1, ... Reversed so that the scramble needs no bit reversal.
-const uint kSobolDirections[64] = {
-    0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u,  //
-    0x00000002u, 0x00000003u, 0x00000003u, 0x00000003u,  //
-    0x00000004u, 0x00000005u, 0x00000006u, 0x00000004u,  //
-    0x00000008u, 0x0000000fu, 0x00000009u, 0x0000000au,  //
-    0x00000010u, 0x00000011u, 0x00000017u, 0x0000001fu,  //
-    0x00000020u, 0x00000033u, 0x0000003au, 0x0000002eu,  //
-    0x00000040u, 0x00000055u, 0x00000071u, 0x00000045u,  //
-    0x00000080u, 0x000000ffu, 0x000000a3u, 0x000000c9u,  //
-    0x00000100u, 0x00000101u, 0x00000116u, 0x0000011bu,  //
-    0x00000200u, 0x00000303u, 0x00000339u, 0x000002a4u,  //
-    0x00000400u, 0x00000505u, 0x00000677u, 0x0000079au,  //
-    0x00000800u, 0x00000f0fu, 0x000009aau, 0x00000b67u,  //
-    0x00001000u, 0x00001111u, 0x00001601u, 0x0000101eu,  //
-    0x00002000u, 0x00003333u, 0x00003903u, 0x0000302du,  //
-    0x00004000u, 0x00005555u, 0x00007706u, 0x00004041u,  //
-    0x00008000u, 0x0000ffffu, 0x0000aa09u, 0x0000a0c3u,
+const int kSobolDimensions = 6;
+const uint kSobolDirections[96] = {
+    0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u,  //
+    0x00000002u, 0x00000003u, 0x00000003u, 0x00000003u, 0x00000002u, 0x00000002u,  //
+    0x00000004u, 0x00000005u, 0x00000006u, 0x00000004u, 0x00000004u, 0x00000006u,  //
+    0x00000008u, 0x0000000fu, 0x00000009u, 0x0000000au, 0x0000000du, 0x0000000cu,  //
+    0x00000010u, 0x00000011u, 0x00000017u, 0x0000001fu, 0x0000001fu, 0x00000013u,  //
+    0x00000020u, 0x00000033u, 0x0000003au, 0x0000002eu, 0x0000003bu, 0x00000024u,  //
+    0x00000040u, 0x00000055u, 0x00000071u, 0x00000045u, 0x0000005eu, 0x0000006au,  //
+    0x00000080u, 0x000000ffu, 0x000000a3u, 0x000000c9u, 0x000000b9u, 0x000000dfu,  //
+    0x00000100u, 0x00000101u, 0x00000116u, 0x0000011bu, 0x0000015au, 0x00000107u,  //
+    0x00000200u, 0x00000303u, 0x00000339u, 0x000002a4u, 0x000003f4u, 0x0000020eu,  //
+    0x00000400u, 0x00000505u, 0x00000677u, 0x0000079au, 0x00000685u, 0x00000615u,  //
+    0x00000800u, 0x00000f0fu, 0x000009aau, 0x00000b67u, 0x00000d0fu, 0x00000c28u,  //
+    0x00001000u, 0x00001111u, 0x00001601u, 0x0000101eu, 0x0000115bu, 0x00001379u,  //
+    0x00002000u, 0x00003333u, 0x00003903u, 0x0000302du, 0x000023f6u, 0x000024fbu,  //
+    0x00004000u, 0x00005555u, 0x00007706u, 0x00004041u, 0x00004681u, 0x00006b6du,  //
+    0x00008000u, 0x0000ffffu, 0x0000aa09u, 0x0000a0c3u, 0x0000dd02u, 0x0000ddd1u,  //
 };
 
 SHARED_FN uint ReverseBits(uint x) {
@@ -64,15 +73,17 @@ SHARED_FN uint ScrambleReversed(uint x, uint seed) {
   return x;
 }
 
-// The four coordinates of point `index` (< 2^kSobolBits), as bit-reversed 32-bit fractions.
-SHARED_FN uvec4 SobolReversed(uint index) {
+// Coordinates `first` to `first` + 3 of point `index` (< 2^kSobolBits), as bit-reversed 32-bit
+// fractions.
+SHARED_FN uvec4 SobolReversed(uint index, int first) {
   uvec4 point = uvec4(0u);
   for (int bit = 0; bit < kSobolBits; ++bit) {
     uint mask = 0u - ((index >> bit) & 1u);
-    point.x ^= mask & kSobolDirections[4 * bit];
-    point.y ^= mask & kSobolDirections[4 * bit + 1];
-    point.z ^= mask & kSobolDirections[4 * bit + 2];
-    point.w ^= mask & kSobolDirections[4 * bit + 3];
+    int d = kSobolDimensions * bit + first;
+    point.x ^= mask & kSobolDirections[d];
+    point.y ^= mask & kSobolDirections[d + 1];
+    point.z ^= mask & kSobolDirections[d + 2];
+    point.w ^= mask & kSobolDirections[d + 3];
   }
   return point;
 }
@@ -82,9 +93,10 @@ SHARED_FN float FractionToFloat(uint bits) {
   return float(bits >> 8) * (1.0f / 16777216.0f);
 }
 
-// The point of the sequence at position `index` for this seed.
-SHARED_FN uint ShuffledIndex(uint index, uint seed) {
-  uint mask = (1u << kSobolBits) - 1u;
+// The number of `bits` bits that takes the place of `index` in the order of this seed. Aligned
+// blocks of 2^k numbers stay aligned blocks.
+SHARED_FN uint ShuffledIndex(uint index, uint seed, int bits) {
+  uint mask = (1u << bits) - 1u;
   return ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
 }
 
@@ -98,7 +110,38 @@ SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
 
 // Point `index` of the sequence, shuffled and scrambled by `seed`.
 SHARED_FN vec4 SobolSample(uint index, uint seed) {
-  return ScramblePoint(SobolReversed(ShuffledIndex(index, seed)), seed);
+  return ScramblePoint(SobolReversed(ShuffledIndex(index, seed, kSobolBits), 0), seed);
+}
+
+// Of Z-order Sobol': bits of a pixel's coordinate in its block, of its position and of the number
+// of a sample.
+const int kBlockSideBits = 3;
+const int kBlockBits = 2 * kBlockSideBits;
+const int kBlockSampleBits = kSobolBits - kBlockBits;
+// Dimension 0 of the sequence distributes the points over the pixels. Of those after it, these four
+// have the least error in still and in moving views (docs/scenes.md).
+const int kBlockFirstDimension = 2;
+
+// Position in Morton order of a pixel in its block.
+SHARED_FN uint BlockPosition(uint x, uint y) {
+  uint position = 0u;
+  for (int bit = 0; bit < kBlockSideBits; ++bit) {
+    position |= (((x >> bit) & 1u) | (((y >> bit) & 1u) << 1)) << (2 * bit);
+  }
+  return position;
+}
+
+// The index of the point of sample `index` (< 2^kBlockSampleBits) at this position of a block. Both
+// are shuffled apart, so that the points of a position stay those of one elementary interval.
+SHARED_FN uint BlockIndex(uint position, uint index, uint seed) {
+  return ShuffledIndex(position, HashCombine(seed, 5u), kBlockBits) |
+         (ShuffledIndex(index, HashCombine(seed, 6u), kBlockSampleBits) << kBlockBits);
+}
+
+// Sample `index` of the pixel at this position of the block whose sequence has this seed.
+SHARED_FN vec4 BlockSobolSample(uint position, uint index, uint seed) {
+  return ScramblePoint(SobolReversed(BlockIndex(position, index, seed), kBlockFirstDimension),
+                       seed);
 }
 
 // The digits of `index` in `base`, mirrored at the radix point: in [0, 1).
@@ -131,6 +174,7 @@ SHARED_FN vec4 HaltonSample(uint index, uint seed, uint order) {
 // Values of SamplerKind.
 const uint kSamplerSobol = 0u;
 const uint kSamplerHalton16 = 1u;
+const uint kSamplerZSobol = 2u;
 
 // The sets of four dimensions that a path uses: two per ray, one for the primary ray, and beyond
 // those of all rays one for the point of the lens and one per ray in a medium that scatters.
@@ -146,10 +190,10 @@ SHARED_FN uint MediumDimensions(int step) {
   return 0x20000u + uint(step);
 }
 
-// The seed of one sample of a pixel. The part common to all pixels comes first: HashCombine of the
-// two halves of the renderer's seed, then the stream. `window`: the number of the sequence of
-// 2^kSobolBits samples, or of the cycle of kHaltonPeriod; the first one, 0, does not change the
-// seed.
+// The seed of one sample of a pixel or block. The part common to all pixels comes first:
+// HashCombine of the two halves of the renderer's seed, then the stream. `window`: the number of
+// the sequence of 2^kSobolBits or 2^kBlockSampleBits samples, or of the cycle of kHaltonPeriod; the
+// first one, 0, does not change the seed.
 SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
   uint h = HashCombine(HashCombine(stream_seed, x), y);
   if ((window_low | window_high) != 0u) {
@@ -158,9 +202,32 @@ SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint
   return h;
 }
 
+// What the numbers of a pixel's sample depend on beside its index: PixelSeed, or that of its block
+// with the position in it as the lowest bits.
+SHARED_FN uint SamplerSeed(uint kind, uint stream_seed, uint x, uint y, uint window_low,
+                           uint window_high) {
+  if (kind != kSamplerZSobol) {
+    return PixelSeed(stream_seed, x, y, window_low, window_high);
+  }
+  uint block =
+      PixelSeed(stream_seed, x >> kBlockSideBits, y >> kBlockSideBits, window_low, window_high);
+  return ((block >> kBlockBits) << kBlockBits) | BlockPosition(x, y);
+}
+
+// The two parts of SamplerSeed.
+SHARED_FN uint PositionOfSeed(uint seed) {
+  return seed & ((1u << kBlockBits) - 1u);
+}
+SHARED_FN uint BlockOfSeed(uint seed) {
+  return seed >> kBlockBits;
+}
+
 // Four numbers in [0, 1) for sample `index` of the sequence of `seed`.
 // \param set  kPrimaryDimensions, kLensDimensions, ScatterDimensions() or LightDimensions()
 SHARED_FN vec4 PathNumbers(uint kind, uint index, uint seed, uint set) {
+  if (kind == kSamplerZSobol) {
+    return BlockSobolSample(PositionOfSeed(seed), index, HashCombine(BlockOfSeed(seed), set));
+  }
   uint set_seed = HashCombine(seed, set);
   return kind == kSamplerSobol ? SobolSample(index, set_seed)
                                : HaltonSample(index, set_seed, HashU32(set));

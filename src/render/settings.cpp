@@ -232,9 +232,10 @@ std::vector<Row> MakeTable() {
   t.push_back({.info = {.name = "sampler",
                         .type = ParameterType::kChoice,
                         .group = "sampling",
-                        .help = "Owen-scrambled Sobol' points, or cycles of the 16 Halton points "
-                                "of SVGF (section 3).",
-                        .choices = {"sobol", "halton16"}},
+                        .help = "Owen-scrambled Sobol' points per pixel, cycles of the 16 Halton "
+                                "points of SVGF (section 3), or Sobol' points that are stratified "
+                                "over blocks of 8x8 pixels too, which filters need.",
+                        .choices = {"sobol", "halton16", "zsobol"}},
                .member = Choice<S, &S::sampler>()});
   t.push_back({.info = {.name = "jitter",
                         .type = ParameterType::kFlag,

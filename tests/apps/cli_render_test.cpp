@@ -471,7 +471,7 @@ TEST(CliRender, BadInputIsNamed) {
       {{"--set", "sigma_l"}, "--set: 'sigma_l' has no '=', expected name=value"},
       {{"--set", "sigma_l=-1"}, "parameter 'sigma_l' is '-1', expected a number from"},
       {{"--set", "nope=1"}, "unknown parameter 'nope'"},
-      {{"--sampler", "nope"}, "--sampler is 'nope', expected sobol or halton16"},
+      {{"--sampler", "nope"}, "--sampler is 'nope', expected one of sobol, halton16, zsobol"},
       {{"--aov", "nope"}, "--aov has 'nope'"},
       {{"--aov", "variance", "--format", "png"}, "add exr to --format"},
       {{"--format", "gif"}, "--format has 'gif'"},

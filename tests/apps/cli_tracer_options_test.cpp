@@ -111,9 +111,9 @@ TEST(CliTracerOptions, ErrorsNameOptionValueAndWhatWasExpected) {
               HasSubstr(expected + "\n"));
   EXPECT_THAT(error({"view", "--headless-frames", "1", "--spp", "2/3"}),
               HasSubstr(expected + ", or auto\n"));
-  EXPECT_THAT(
-      error({"view", "--headless-frames", "1", "--sampler", "halton"}),
-      HasSubstr("--sampler is 'halton', expected sobol or halton16, did you mean halton16?\n"));
+  EXPECT_THAT(error({"view", "--headless-frames", "1", "--sampler", "halton"}),
+              HasSubstr("--sampler is 'halton', expected one of sobol, halton16, zsobol, did you "
+                        "mean halton16?\n"));
   for (const auto& [option, value] : {std::pair{"--aperture", "-1"},
                                       {"--aperture", "nan"},
                                       {"--aperture", "f/0"},

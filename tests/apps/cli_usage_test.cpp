@@ -58,7 +58,8 @@ TEST(CliUsage, NearestValues) {
     return std::vector<std::string>{"render", "builtin:cornell", "-o", "x", option, value};
   };
   ExpectRefused(render("--preset", "defualt"), "unknown preset 'defualt', did you mean default?");
-  ExpectRefused(render("--sampler", "sobel"), "expected sobol or halton16, did you mean sobol?");
+  ExpectRefused(render("--sampler", "sobel"),
+                "expected one of sobol, halton16, zsobol, did you mean sobol?");
   ExpectRefused(render("--tonemap", "flimic"), ", did you mean filmic?");
   ExpectRefused(render("--format", "exr,pgn"), ", did you mean png?");
   ExpectRefused(render("--ray-tracing", "hardwear"), ", did you mean hardware?");

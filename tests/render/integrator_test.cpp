@@ -73,7 +73,8 @@ std::vector<FurnaceCase> FurnaceCases() {
 TEST(FurnaceTest, WhiteBodiesVanish) {
   for (const FurnaceCase& c : FurnaceCases()) {
     const Scene scene = Furnace(c.material);
-    for (const SamplerKind sampler : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
+    for (const SamplerKind sampler :
+         {SamplerKind::kSobol, SamplerKind::kHalton16, SamplerKind::kZSobol}) {
       RenderSettings settings = SmallSettings(32, 32, 1);
       settings.bounces = 32;
       settings.sampler = sampler;

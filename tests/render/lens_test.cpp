@@ -285,7 +285,8 @@ RenderSettings Wide(int spp) {
 
 TEST(LensTest, FramesAreDeterministicWithAllSamplers) {
   const SceneBuilder builder = TwoPlanes();
-  for (const SamplerKind sampler : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
+  for (const SamplerKind sampler :
+       {SamplerKind::kSobol, SamplerKind::kHalton16, SamplerKind::kZSobol}) {
     RenderSettings settings = Wide(3);
     settings.sampler = sampler;
     const Frame frame = RenderOne(builder.scene, settings);

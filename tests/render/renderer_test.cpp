@@ -132,7 +132,8 @@ TEST(RendererTest, ErrorFallsWithTheNumberOfSamplesWithAnySampler) {
   settings.seed = 1234;
   const Image3 truth = RenderMean(builder.scene, settings, 4096);
   settings.seed = 0;
-  for (const SamplerKind kind : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
+  for (const SamplerKind kind :
+       {SamplerKind::kSobol, SamplerKind::kHalton16, SamplerKind::kZSobol}) {
     SCOPED_TRACE(static_cast<int>(kind));
     settings.sampler = kind;
     const double few = MeanSquaredError(RenderMean(builder.scene, settings, 16), truth);
@@ -199,7 +200,10 @@ TEST(RendererTest, FramesDependOnTheirMomentAlone) {
 TEST(RendererTest, SecondMomentIsThatOfSingleSamples) {
   const SceneBuilder builder = VariedScene();
   constexpr int kSamples = 4;
-  const Frame frame = RenderOne(builder.scene, SmallSettings(48, 32, kSamples));
+  RenderSettings settings = SmallSettings(48, 32, kSamples);
+  settings.sampler = SamplerKind::kSobol;  // whose points do not depend on their number per frame
+  const Frame frame = RenderOne(builder.scene, settings);
+  settings.spp = 1;
   ASSERT_EQ(frame.samples(7, 7), kSamples);
   // Without jitter and movement, frame i of one sample draws sample i of the big frame.
   Image1 sums[kTracedSignalCount];
@@ -209,7 +213,7 @@ TEST(RendererTest, SecondMomentIsThatOfSingleSamples) {
   for (int i = 0; i < kSamples; ++i) {
     RenderMoment moment;
     moment.frame_index = i;
-    const Frame single = RenderOne(builder.scene, SmallSettings(48, 32, 1), moment);
+    const Frame single = RenderOne(builder.scene, settings, moment);
     EXPECT_TRUE(single.samples.empty());
     for (int k = 0; k < kTracedSignalCount; ++k) {
       const Signal& signal = single.signals[static_cast<size_t>(k)];
@@ -398,7 +402,7 @@ TEST(RendererTest, InvalidSettingsAreNamed) {
   EXPECT_THAT(message([](RenderSettings* s) { s->spp = 0; }), HasSubstr("spp is '0'"));
   EXPECT_THAT(message([](RenderSettings* s) { s->bounces = 33; }), HasSubstr("bounces is '33'"));
   EXPECT_THAT(message([](RenderSettings* s) { s->sampler = static_cast<SamplerKind>(7); }),
-              HasSubstr("sampler is '7', expected sobol or halton16"));
+              HasSubstr("sampler is '7', expected one of sobol, halton16, zsobol"));
 }
 
 TEST(RendererTest, InvalidMomentsAndArgumentsAreNamed) {

@@ -34,13 +34,18 @@ std::vector<uint32_t> DirectionNumbers(int s, uint32_t a, std::vector<uint32_t> 
 TEST(SobolTest, DirectionsFollowFromThePolynomials) {
   const std::vector<std::vector<uint32_t>> numbers = {
       std::vector<uint32_t>(kSobolBits, 1u),  // van der Corput
-      DirectionNumbers(1, 0, {1}, kSobolBits), DirectionNumbers(2, 1, {1, 3}, kSobolBits),
-      DirectionNumbers(3, 1, {1, 3, 1}, kSobolBits)};
+      DirectionNumbers(1, 0, {1}, kSobolBits),
+      DirectionNumbers(2, 1, {1, 3}, kSobolBits),
+      DirectionNumbers(3, 1, {1, 3, 1}, kSobolBits),
+      DirectionNumbers(3, 2, {1, 1, 1}, kSobolBits),
+      DirectionNumbers(4, 1, {1, 1, 3, 3}, kSobolBits)};
+  ASSERT_EQ(numbers.size(), static_cast<size_t>(kSobolDimensions));
   for (int bit = 0; bit < kSobolBits; ++bit) {
-    for (int d = 0; d < 4; ++d) {
+    for (int d = 0; d < kSobolDimensions; ++d) {
       const uint32_t fraction = numbers[static_cast<size_t>(d)][static_cast<size_t>(bit)]
                                 << (31 - bit);
-      EXPECT_EQ(kSobolDirections[4 * bit + d], ReverseBits(fraction)) << bit << ' ' << d;
+      EXPECT_EQ(kSobolDirections[kSobolDimensions * bit + d], ReverseBits(fraction))
+          << bit << ' ' << d;
     }
   }
 }
@@ -139,6 +144,154 @@ TEST(SobolTest, SetsAreUncorrelated) {
   EXPECT_LT(std::abs(sum / kCount), 5.0 / (12.0 * std::sqrt(kCount)));
 }
 
+PathSampler InBlock(int x, int y, uint64_t sample) {
+  return MakePathSampler(SamplerKind::kZSobol, 5, SampleStream::kFrames, x, y, sample);
+}
+
+// In each coordinate, every interval of length 1/n holds exactly one of n numbers.
+void ExpectStratified(const std::vector<vec4>& points) {
+  const auto n = static_cast<float>(points.size());
+  for (int d = 0; d < 4; ++d) {
+    std::set<int> cells;
+    for (const vec4& p : points) {
+      ASSERT_GE(p[d], 0.0f);
+      ASSERT_LT(p[d], 1.0f);
+      cells.insert(static_cast<int>(p[d] * n));
+    }
+    EXPECT_EQ(cells.size(), points.size()) << d;
+  }
+}
+
+TEST(ZSobolTest, MortonOrderWorkedByHand) {
+  EXPECT_EQ(BlockPosition(0, 0), 0u);
+  EXPECT_EQ(BlockPosition(1, 0), 1u);
+  EXPECT_EQ(BlockPosition(0, 1), 2u);
+  EXPECT_EQ(BlockPosition(3, 1), 7u);
+  EXPECT_EQ(BlockPosition(8 + 5, 16 + 6), 0b111001u);
+}
+
+// The pixels of any aligned square in a frame, and of two squares side by side.
+TEST(ZSobolTest, PixelsOfAFrameAreStratified) {
+  for (const uint64_t sample : {0u, 1u, 5u, 1023u, 5000u}) {
+    for (const uint32_t set : {kPrimaryDimensions, ScatterDimensions(0), LightDimensions(2)}) {
+      for (const ivec2& size : {ivec2(2, 1), ivec2(2, 2), ivec2(4, 2), ivec2(4, 4), ivec2(8, 8)}) {
+        for (int corner = 0; corner + size.x <= 16; corner += size.x) {
+          std::vector<vec4> points;
+          for (int y = 0; y < size.y; ++y) {
+            for (int x = 0; x < size.x; ++x) {
+              points.push_back(InBlock(corner + x, 24 + y, sample).Get(set));
+            }
+          }
+          SCOPED_TRACE(testing::Message() << sample << ' ' << set << ' ' << corner);
+          ExpectStratified(points);
+        }
+      }
+    }
+  }
+}
+
+// A view that stands still converges as with a sequence per pixel: each eighth of a coordinate has
+// an eighth of 64 successive samples. The four dimensions and dimension 0, which selects the pixel,
+// are pairs of primitive polynomials of degree 4 at most, hence nets of quality t = 3 (Sobol'
+// 1967).
+TEST(ZSobolTest, SamplesOfAPixelAreStratified) {
+  for (const ivec2& pixel : {ivec2(0, 0), ivec2(3, 6), ivec2(29, 17)}) {
+    for (const uint32_t set : {ScatterDimensions(0), LightDimensions(1)}) {
+      for (uint64_t first = 0; first < 1024; first += 64) {
+        int counts[4][8] = {};
+        for (uint64_t i = first; i < first + 64; ++i) {
+          const vec4 u = InBlock(pixel.x, pixel.y, i).Get(set);
+          for (int d = 0; d < 4; ++d) {
+            ++counts[d][static_cast<int>(u[d] * 8)];
+          }
+        }
+        for (const auto& of_dimension : counts) {
+          for (const int count : of_dimension) {
+            EXPECT_EQ(count, 8);
+          }
+        }
+      }
+    }
+  }
+}
+
+// Over space and time at once: each block has all points of a longer sequence.
+TEST(ZSobolTest, SamplesOfABlockAreStratified) {
+  std::vector<vec4> points;
+  for (uint64_t sample = 16; sample < 32; ++sample) {
+    for (int y = 8; y < 16; ++y) {
+      for (int x = 0; x < 8; ++x) {
+        points.push_back(InBlock(x, y, sample).Get(LightDimensions(0)));
+      }
+    }
+  }
+  ExpectStratified(points);
+}
+
+TEST(ZSobolTest, BlocksSetsSequencesStreamsAndSeedsDiffer) {
+  const auto value = [](uint64_t seed, SampleStream stream, int x, int y, uint64_t i,
+                        uint32_t set) {
+    return MakePathSampler(SamplerKind::kZSobol, seed, stream, x, y, i).Get(set).x;
+  };
+  const float base = value(1, SampleStream::kFrames, 2, 3, 4, 5);
+  EXPECT_EQ(base, value(1, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(2, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1ull << 40, SampleStream::kFrames, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kReference, 2, 3, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 10, 3, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 11, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 5, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4 + (1u << kBlockSampleBits), 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4, 6));
+}
+
+// As SetsAreUncorrelated, and over the pixels of a frame.
+TEST(ZSobolTest, SetsAreUncorrelated) {
+  constexpr int kCount = 4096;
+  double over_time = 0;
+  double over_pixels = 0;
+  for (int i = 0; i < kCount; ++i) {
+    const auto product = [](const PathSampler& s) {
+      return (s.Get(ScatterDimensions(0)).x - 0.5) * (s.Get(ScatterDimensions(1)).x - 0.5);
+    };
+    over_time += product(InBlock(0, 0, static_cast<uint64_t>(i)));
+    over_pixels += product(InBlock(i % 64, i / 64, 3));
+  }
+  EXPECT_LT(std::abs(over_time / kCount), 5.0 / (12.0 * std::sqrt(kCount)));
+  EXPECT_LT(std::abs(over_pixels / kCount), 5.0 / (12.0 * std::sqrt(kCount)));
+}
+
+// Why the sampler exists: the mean of a smooth function over 8x8 pixels has far less error than
+// that of independent samples, 1 / (12 * 64) in squares, and over 64 samples of a pixel likewise.
+TEST(ZSobolTest, MeansOverPixelsAndOverTimeHaveLittleError) {
+  const auto squared_error = [](bool over_time) {
+    double sum = 0;
+    for (int block = 0; block < 100; ++block) {
+      double mean = 0;
+      for (int i = 0; i < 64; ++i) {
+        const PathSampler s = over_time
+                                  ? InBlock(8 * block + block % 8, 0, static_cast<uint64_t>(i))
+                                  : InBlock(8 * block + i % 8, i / 8, 0);
+        const vec4 u = s.Get(LightDimensions(0));
+        mean += (u.x * u.y - 0.25) / 64;
+      }
+      sum += mean * mean / 100;
+    }
+    return sum;
+  };
+  const double independent = (1.0 / 9 - 1.0 / 16) / 64;
+  EXPECT_LT(squared_error(false), independent / 20);
+  EXPECT_LT(squared_error(true), independent / 20);
+}
+
+TEST(ZSobolTest, TablesGiveWhatTheFormulaGives) {
+  for (uint64_t i = 0; i < 5000; i += 37) {
+    const PathSampler s = InBlock(static_cast<int>(i % 41), static_cast<int>(i % 23), i);
+    ASSERT_EQ(s.Get(LightDimensions(2)),
+              PathNumbers(kSamplerZSobol, s.index, s.seed, LightDimensions(2)));
+  }
+}
+
 TEST(HaltonTest, RadicalInversesWorkedByHand) {
   EXPECT_FLOAT_EQ(RadicalInverse(1, 2), 0.5f);
   EXPECT_FLOAT_EQ(RadicalInverse(2, 2), 0.25f);
@@ -193,17 +346,28 @@ TEST(HaltonTest, TheFirstSixteenKeepTheirBits) {
 }
 
 TEST(HaltonTest, ReferencesDrawFromSobol) {
-  EXPECT_EQ(SamplerOf(SampleStream::kFrames, SamplerKind::kHalton16), SamplerKind::kHalton16);
-  EXPECT_EQ(SamplerOf(SampleStream::kFrames, SamplerKind::kSobol), SamplerKind::kSobol);
-  EXPECT_EQ(SamplerOf(SampleStream::kReference, SamplerKind::kHalton16), SamplerKind::kSobol);
-  EXPECT_EQ(SamplerOf(SampleStream::kReference, SamplerKind::kSobol), SamplerKind::kSobol);
+  for (const SamplerKind kind :
+       {SamplerKind::kSobol, SamplerKind::kHalton16, SamplerKind::kZSobol}) {
+    EXPECT_EQ(SamplerOf(SampleStream::kFrames, kind, 1), kind);
+    EXPECT_EQ(SamplerOf(SampleStream::kReference, kind, 1), SamplerKind::kSobol);
+  }
+}
+
+TEST(ZSobolTest, PixelsOfManySamplesHaveTheirOwnSequence) {
+  const auto of_frames = [](SamplerKind kind, int spp) {
+    return SamplerOf(SampleStream::kFrames, kind, spp);
+  };
+  EXPECT_EQ(of_frames(SamplerKind::kZSobol, kMostSppOfBlocks), SamplerKind::kZSobol);
+  EXPECT_EQ(of_frames(SamplerKind::kZSobol, kMostSppOfBlocks + 1), SamplerKind::kSobol);
+  EXPECT_EQ(of_frames(SamplerKind::kHalton16, 100), SamplerKind::kHalton16);
 }
 
 TEST(SamplerTest, ManyAtOnceAreTheSameAsOneByOne) {
   for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
     hwy::SetSupportedTargetsForTest(target);
     hwy::GetChosenTarget().Update(hwy::SupportedTargets());
-    for (const SamplerKind kind : {SamplerKind::kSobol, SamplerKind::kHalton16}) {
+    for (const SamplerKind kind :
+         {SamplerKind::kSobol, SamplerKind::kHalton16, SamplerKind::kZSobol}) {
       auto samplers = std::make_unique<SamplerBatch>();
       auto numbers = std::make_unique<NumberBatch>();
       std::vector<PathSampler> single;

@@ -115,7 +115,8 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   };
   EXPECT_EQ(message("bounces", "33"), "bounces is '33', expected a whole number from 1 to 32");
   EXPECT_THAT(message("bounces", "4x"), HasSubstr("'4x'"));
-  EXPECT_EQ(message("sampler", "nope"), "sampler is 'nope', expected sobol or halton16");
+  EXPECT_EQ(message("sampler", "nope"),
+            "sampler is 'nope', expected one of sobol, halton16, zsobol");
   EXPECT_EQ(message("jitter", "maybe"), "jitter is 'maybe', expected on or off");
   EXPECT_EQ(message("clamp_radiance", "-1"),
             "clamp_radiance is '-1', expected a number from 0 to 1000000");
@@ -192,7 +193,7 @@ TEST(RenderParameters, StructsOutOfRangeAreFound) {
   EXPECT_THAT(message([](RenderSettings* s) { s->cycle = 257; }), HasSubstr("spp is '1/257'"));
   EXPECT_THAT(message([](RenderSettings* s) { s->spp = s->cycle = 2; }), HasSubstr("spp is '2/2'"));
   EXPECT_THAT(message([](RenderSettings* s) { s->sampler = static_cast<SamplerKind>(7); }),
-              HasSubstr("sampler is '7', expected sobol or halton16"));
+              HasSubstr("sampler is '7', expected one of sobol, halton16, zsobol"));
 }
 
 TEST(RenderParameters, SamplingKeepsTheLightAndPathsDoNot) {

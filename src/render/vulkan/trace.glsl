@@ -81,7 +81,8 @@ uint FirstSignal(uint number) {
 }
 
 uint SeedOf(uvec2 pixel) {
-  return PixelSeed(frame.stream_seed, pixel.x, pixel.y, batch.window_low, batch.window_high);
+  return SamplerSeed(frame.sampler_kind, frame.stream_seed, pixel.x, pixel.y, batch.window_low,
+                     batch.window_high);
 }
 
 vec4 NumbersOf(uint seed, uint set) {

@@ -213,7 +213,7 @@ void VulkanRenderer::SetSampling(vec2 jitter, SampleStream stream) {
   frame_.point = vec2(0.5f) + jitter;
   frame_.width = static_cast<uint32_t>(settings_.width);
   frame_.height = static_cast<uint32_t>(settings_.height);
-  sampler_ = SamplerOf(stream, settings_.sampler);
+  sampler_ = SamplerOf(stream, settings_.sampler, settings_.spp);
   frame_.sampler_kind = static_cast<uint32_t>(sampler_);
   frame_.stream_seed = StreamSeed(settings_.seed, stream);
   frame_.bounces = settings_.bounces;
