@@ -15,9 +15,8 @@
 //    and Owen-scrambled per pixel and set after Burley (2020), "Practical Hash-based Owen
 //    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: give the pair that
 //    matters most those two.
-//  - Halton: cycles of 16 points, as SVGF (section 3) uses, rotated per pixel and cycle (Cranley
-//  and
-//    Patterson 1976).
+//  - Halton: cycles of 16 points, as in SVGF (section 3), rotated per pixel and cycle (Cranley
+//    and Patterson 1976).
 #ifndef STILLRAY_RENDER_SAMPLER_SHARED_H
 #define STILLRAY_RENDER_SAMPLER_SHARED_H
 
