@@ -234,7 +234,7 @@ std::vector<Row> MakeTable() {
                         .group = "sampling",
                         .help = "Owen-scrambled Sobol' points per pixel, cycles of the 16 Halton "
                                 "points of SVGF (section 3), or Sobol' points that are stratified "
-                                "over blocks of 8x8 pixels too, which filters need.",
+                                "over blocks of 8x8 pixels too, for less noise after a filter.",
                         .choices = {"sobol", "halton16", "zsobol"}},
                .member = Choice<S, &S::sampler>()});
   t.push_back({.info = {.name = "jitter",
