@@ -22,8 +22,8 @@ namespace stillray {
 enum class SamplerKind : uint8_t {
   kSobol,     ///< Owen-scrambled Sobol', decorrelated per pixel and frame
   kHalton16,  ///< cycles of the 16 Halton points of SVGF (section 3), rotated per pixel and cycle
-  kZSobol,    ///< Owen-scrambled Sobol', stratified over blocks of 8x8 pixels and over time: the
-              ///< least noise after filtering
+  kZSobol,    ///< Owen-scrambled Sobol', stratified over blocks of 8x8 pixels and over time, for
+              ///< less noise after a filter (Ahmed and Wonka 2020); above 2 spp the same as kSobol
 };
 
 /// Where guides, emission and background are known in frames with less than one path per pixel.

@@ -75,10 +75,10 @@ HWY_INLINE VU ShuffledIndex(VU index, VU seed) {
 }
 
 HWY_INLINE VU BlockIndex(VU position, VU index, VU seed) {
-  const VU low =
-      ShuffledIndex<kBlockBits>(position, HashCombine(seed, Constant(stillray::HashU32(5u))));
-  const VU high =
-      ShuffledIndex<kBlockSampleBits>(index, HashCombine(seed, Constant(stillray::HashU32(6u))));
+  const VU low = ShuffledIndex<kBlockBits>(
+      position, HashCombine(seed, Constant(stillray::HashU32(kShufflePositions))));
+  const VU high = ShuffledIndex<kBlockSampleBits>(
+      index, HashCombine(seed, Constant(stillray::HashU32(kShuffleSamples))));
   return hn::Or(low, hn::ShiftLeft<kBlockBits>(high));
 }
 
@@ -118,7 +118,7 @@ void DrawBlockSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* 
     const VU set = hn::Add(hn::Load(d, samplers.set + i), Constant(offset));
     const VU seed = hn::Load(d, samplers.seed + i);
     const VU set_seed = HashCombine(hn::ShiftRight<kBlockBits>(seed), HashU32(set));
-    const VU position = hn::And(seed, Constant((1u << kBlockBits) - 1u));
+    const VU position = hn::And(seed, Constant(kBlockMask));
     const VU index = BlockIndex(position, hn::Load(d, samplers.index + i), set_seed);
     StorePoints<kBlockFirstDimension>(index, set_seed, i, numbers);
   }

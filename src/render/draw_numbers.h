@@ -13,7 +13,7 @@ namespace stillray::render {
 
 /// The inputs of PathSampler::Get for each path, as structure of arrays.
 struct SamplerBatch {
-  SamplerKind kind = SamplerKind::kZSobol;  ///< common to all paths
+  SamplerKind kind = SamplerKind::kSobol;  ///< common to all paths
   int count = 0;
   alignas(64) uint32_t index[kBatchCapacity];
   alignas(64) uint32_t seed[kBatchCapacity];

@@ -57,9 +57,8 @@ uint32_t StreamSeed(uint64_t seed, SampleStream stream) {
 }
 
 SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen, int spp) {
-  const bool in_blocks = chosen == SamplerKind::kZSobol && spp <= kMostSppOfBlocks;
-  const bool is_halton = chosen == SamplerKind::kHalton16;
-  return stream == SampleStream::kFrames && (in_blocks || is_halton) ? chosen : SamplerKind::kSobol;
+  const bool too_many = chosen == SamplerKind::kZSobol && spp > kMostSppOfBlocks;
+  return stream == SampleStream::kReference || too_many ? SamplerKind::kSobol : chosen;
 }
 
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample) {

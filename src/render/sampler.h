@@ -16,7 +16,7 @@ enum class SampleStream : uint32_t { kFrames = 0, kReference = 1 };
 
 /// The random numbers of one path. A plain value: equal members yield equal numbers.
 struct PathSampler {
-  SamplerKind kind = SamplerKind::kZSobol;
+  SamplerKind kind = SamplerKind::kSobol;
   uint32_t index = 0;  ///< number of the sample within its sequence
   uint32_t seed = 0;   ///< of the pixel, the stream and the sequence (SamplerSeed)
 

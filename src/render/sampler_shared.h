@@ -117,6 +117,10 @@ SHARED_FN vec4 SobolSample(uint index, uint seed) {
 const int kBlockSideBits = 3;
 const int kBlockBits = 2 * kBlockSideBits;
 const int kBlockSampleBits = kSobolBits - kBlockBits;
+const uint kBlockMask = (1u << kBlockBits) - 1u;
+// What is hashed with the seed of a set to shuffle positions and samples; 1 to 4: ScramblePoint.
+const uint kShufflePositions = 5u;
+const uint kShuffleSamples = 6u;
 // Dimension 0 of the sequence distributes the points over the pixels. Of those after it, these four
 // have the least error in still and in moving views (docs/scenes.md).
 const int kBlockFirstDimension = 2;
@@ -133,8 +137,8 @@ SHARED_FN uint BlockPosition(uint x, uint y) {
 // The index of the point of sample `index` (< 2^kBlockSampleBits) at this position of a block. Both
 // are shuffled apart, so that the points of a position stay those of one elementary interval.
 SHARED_FN uint BlockIndex(uint position, uint index, uint seed) {
-  return ShuffledIndex(position, HashCombine(seed, 5u), kBlockBits) |
-         (ShuffledIndex(index, HashCombine(seed, 6u), kBlockSampleBits) << kBlockBits);
+  return ShuffledIndex(position, HashCombine(seed, kShufflePositions), kBlockBits) |
+         (ShuffledIndex(index, HashCombine(seed, kShuffleSamples), kBlockSampleBits) << kBlockBits);
 }
 
 // Sample `index` of the pixel at this position of the block whose sequence has this seed.
@@ -210,12 +214,12 @@ SHARED_FN uint SamplerSeed(uint kind, uint stream_seed, uint x, uint y, uint win
   }
   uint block =
       PixelSeed(stream_seed, x >> kBlockSideBits, y >> kBlockSideBits, window_low, window_high);
-  return ((block >> kBlockBits) << kBlockBits) | BlockPosition(x, y);
+  return (block & ~kBlockMask) | BlockPosition(x, y);
 }
 
 // The two parts of SamplerSeed.
 SHARED_FN uint PositionOfSeed(uint seed) {
-  return seed & ((1u << kBlockBits) - 1u);
+  return seed & kBlockMask;
 }
 SHARED_FN uint BlockOfSeed(uint seed) {
   return seed >> kBlockBits;

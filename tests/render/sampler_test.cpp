@@ -108,20 +108,29 @@ TEST(SobolTest, FramesContinueTheSequenceOfTheirPixel) {
   }
 }
 
-TEST(SobolTest, PixelsSetsStreamsAndSeedsDiffer) {
-  const auto value = [](uint64_t seed, SampleStream stream, int x, int y, uint64_t i,
-                        uint32_t set) {
-    return MakePathSampler(SamplerKind::kSobol, seed, stream, x, y, i).Get(set).x;
+// Numbers of pixel (2, 3) differ from those of other pixels, sets, samples, streams and seeds.
+// \param length  samples of a sequence
+void ExpectOthersToDiffer(SamplerKind kind, const std::vector<ivec2>& pixels, uint64_t length) {
+  const auto value = [kind](uint64_t seed, SampleStream stream, const ivec2& pixel, uint64_t i,
+                            uint32_t set) {
+    return MakePathSampler(kind, seed, stream, pixel.x, pixel.y, i).Get(set).x;
   };
-  const float base = value(1, SampleStream::kFrames, 2, 3, 4, 5);
-  EXPECT_EQ(base, value(1, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(2, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1ull << 40, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kReference, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 3, 2, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 5, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4 + (1u << kSobolBits), 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4, 6));
+  const ivec2 own(2, 3);
+  const float base = value(1, SampleStream::kFrames, own, 4, 5);
+  EXPECT_EQ(base, value(1, SampleStream::kFrames, own, 4, 5));
+  EXPECT_NE(base, value(2, SampleStream::kFrames, own, 4, 5));
+  EXPECT_NE(base, value(1ull << 40, SampleStream::kFrames, own, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kReference, own, 4, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, own, 5, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, own, 4 + length, 5));
+  EXPECT_NE(base, value(1, SampleStream::kFrames, own, 4, 6));
+  for (const ivec2& pixel : pixels) {
+    EXPECT_NE(base, value(1, SampleStream::kFrames, pixel, 4, 5)) << pixel.x << ' ' << pixel.y;
+  }
+}
+
+TEST(SobolTest, PixelsSetsStreamsAndSeedsDiffer) {
+  ExpectOthersToDiffer(SamplerKind::kSobol, {{3, 2}}, 1u << kSobolBits);
 }
 
 TEST(SobolTest, TablesGiveWhatTheFormulaGives) {
@@ -229,20 +238,7 @@ TEST(ZSobolTest, SamplesOfABlockAreStratified) {
 }
 
 TEST(ZSobolTest, BlocksSetsSequencesStreamsAndSeedsDiffer) {
-  const auto value = [](uint64_t seed, SampleStream stream, int x, int y, uint64_t i,
-                        uint32_t set) {
-    return MakePathSampler(SamplerKind::kZSobol, seed, stream, x, y, i).Get(set).x;
-  };
-  const float base = value(1, SampleStream::kFrames, 2, 3, 4, 5);
-  EXPECT_EQ(base, value(1, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(2, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1ull << 40, SampleStream::kFrames, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kReference, 2, 3, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 10, 3, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 11, 4, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 5, 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4 + (1u << kBlockSampleBits), 5));
-  EXPECT_NE(base, value(1, SampleStream::kFrames, 2, 3, 4, 6));
+  ExpectOthersToDiffer(SamplerKind::kZSobol, {{3, 2}, {10, 3}, {2, 11}}, 1u << kBlockSampleBits);
 }
 
 // As SetsAreUncorrelated, and over the pixels of a frame.
