@@ -140,7 +140,7 @@ class Measurements:
         if not (folder / "ready").exists():
             run(self.arguments.stillray, "render", f"builtin:{scene}", "-o", folder, "--size",
                 self.arguments.size, "--frames", f"1-{self.arguments.frames}", "--preset", "svgf",
-                "--sampler", "sobol", "--format", "exr", "--save-inputs")
+                "--sampler", "sobol", "--light-candidates", "1", "--format", "exr", "--save-inputs")
             run(self.arguments.stillray, "render", f"builtin:{scene}", "-o", folder, "--size",
                 self.arguments.size, "--frames", self.measured, "--preset", "svgf", "--format", "exr",
                 "--reference", self.arguments.reference, "--seed", "1000")

@@ -46,6 +46,7 @@ enum class LightSampling : uint8_t {
 inline constexpr int kMaxCycle = 256;
 inline constexpr int kMaxSpp = 65536;
 inline constexpr int kMaxSide = 32768;
+inline constexpr int kMaxLightCandidates = 64;
 inline constexpr float kMaxClamp = 1e6f;
 inline constexpr float kMaxAperture = 1e6f;
 inline constexpr float kMaxFocus = 1e6f;
@@ -73,6 +74,10 @@ struct RenderSettings {
   /// one. Fewer fireflies, dimmer caustics.
   bool regularise = false;
   LightSampling light_sampling = LightSampling::kMis;
+  /// Candidates among which each shadow ray is chosen in proportion to the light that they would
+  /// add (resampled importance sampling, Talbot et al. 2005), 1..kMaxLightCandidates. Surfaces
+  /// after the first draw half as many.
+  int light_candidates = 4;
   /// Upper limit of the largest component of what one ray adds to a sample, 0..kMaxClamp; 0: none.
   /// Emission and background that the camera sees are not limited. Takes light away: pictures get
   /// darker, references too.

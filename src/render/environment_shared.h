@@ -59,11 +59,8 @@ SHARED_FN vec3 FetchEnvironment(ENVIRONMENT_IN int x, int y) {
   return EnvironmentTexel(ENVIRONMENT wrapped, clamp(y, 0, environment.height - 1));
 }
 
-SHARED_FN vec3 EnvironmentRadiance(ENVIRONMENT_IN vec3 direction) {
-  if (environment.width == 0) {
-    return environment.radiance;
-  }
-  vec2 at = EnvironmentPlace(ENVIRONMENT direction);
+// The radiance of a place in the map.
+SHARED_FN vec3 RadianceOfPlace(ENVIRONMENT_IN vec2 at) {
   float left = floor(at.x - 0.5f);
   float top = floor(at.y - 0.5f);
   float fx = at.x - 0.5f - left;
@@ -77,6 +74,12 @@ SHARED_FN vec3 EnvironmentRadiance(ENVIRONMENT_IN vec3 direction) {
   return environment.radiance * (upper * (1.0f - fy) + lower * fy);
 }
 
+SHARED_FN vec3 EnvironmentRadiance(ENVIRONMENT_IN vec3 direction) {
+  return environment.width == 0
+             ? environment.radiance
+             : RadianceOfPlace(ENVIRONMENT EnvironmentPlace(ENVIRONMENT direction));
+}
+
 // Cumulative sums from 0 to 1: of the rows, then of the columns of each row.
 SHARED_FN int FirstColumnSum(ENVIRONMENT_IN int row) {
   return environment.height + 1 + row * (environment.width + 1);
@@ -84,17 +87,14 @@ SHARED_FN int FirstColumnSum(ENVIRONMENT_IN int row) {
 
 // The interval of the sums from `first` on (count + 1 values) that contains u.
 SHARED_FN int FindInterval(ENVIRONMENT_IN int first, int count, float u) {
-  int low = 1;
-  int high = count;
-  while (low < high) {
-    int middle = (low + high) / 2;
-    if (EnvironmentSum(ENVIRONMENT first + middle) > u) {
-      high = middle;
-    } else {
-      low = middle + 1;
-    }
+  // Without branches, which would be predicted wrongly half of the time.
+  int low = 0;
+  while (count > 1) {
+    int half_count = count / 2;
+    low += EnvironmentSum(ENVIRONMENT first + low + half_count) <= u ? half_count : 0;
+    count -= half_count;
   }
-  return low - 1;
+  return low;
 }
 
 // u remapped to [0, 1) within the interval.
@@ -102,6 +102,17 @@ SHARED_FN float PlaceInInterval(ENVIRONMENT_IN int first, int interval, float u)
   float below = EnvironmentSum(ENVIRONMENT first + interval);
   float width = EnvironmentSum(ENVIRONMENT first + interval + 1) - below;
   return width > 0.0f ? clamp((u - below) / width, 0.0f, kBelowOne) : 0.5f;
+}
+
+// Density with which SampleEnvironment samples a direction in texel (x, y).
+// \param sine  of the direction's angle with the vertical
+SHARED_FN float DensityOfTexel(ENVIRONMENT_IN int x, int y, float sine) {
+  int column = FirstColumnSum(ENVIRONMENT y) + x;
+  float in_square = (EnvironmentSum(ENVIRONMENT column + 1) - EnvironmentSum(ENVIRONMENT column)) *
+                    float(environment.width) *
+                    (EnvironmentSum(ENVIRONMENT y + 1) - EnvironmentSum(ENVIRONMENT y)) *
+                    float(environment.height);
+  return sine > 0.0f ? in_square / (2.0f * kPi * kPi * sine) : 0.0f;
 }
 
 // Density of SampleEnvironment.
@@ -112,13 +123,7 @@ SHARED_FN float EnvironmentDensity(ENVIRONMENT_IN vec3 normal, vec3 direction) {
   vec2 at = EnvironmentPlace(ENVIRONMENT direction);
   int x = clamp(int(at.x), 0, environment.width - 1);
   int y = clamp(int(at.y), 0, environment.height - 1);
-  int column = FirstColumnSum(ENVIRONMENT y) + x;
-  float in_square = (EnvironmentSum(ENVIRONMENT column + 1) - EnvironmentSum(ENVIRONMENT column)) *
-                    float(environment.width) *
-                    (EnvironmentSum(ENVIRONMENT y + 1) - EnvironmentSum(ENVIRONMENT y)) *
-                    float(environment.height);
-  float sine = sqrt(max(1.0f - direction.y * direction.y, 0.0f));
-  return sine > 0.0f ? in_square / (2.0f * kPi * kPi * sine) : 0.0f;
+  return DensityOfTexel(ENVIRONMENT x, y, sqrt(max(1.0f - direction.y * direction.y, 0.0f)));
 }
 
 // Samples a direction: from a map in proportion to its luminance; from a constant environment in
@@ -128,20 +133,19 @@ SHARED_FN EnvironmentSample SampleEnvironment(ENVIRONMENT_IN vec3 normal, float 
   if (environment.width == 0) {
     found.direction = ToWorld(MakeLocalFrame(normal), SampleCosine(u0, u1));
     found.radiance = environment.radiance;
-  } else {
-    int y = FindInterval(ENVIRONMENT 0, environment.height, u1);
-    int columns = FirstColumnSum(ENVIRONMENT y);
-    int x = FindInterval(ENVIRONMENT columns, environment.width, u0);
-    float across = PlaceInInterval(ENVIRONMENT columns, x, u0);
-    float down = PlaceInInterval(ENVIRONMENT 0, y, u1);
-    float phi = ((float(x) + across) / float(environment.width) - 0.5f) * 2.0f * kPi;
-    float theta = (float(y) + down) / float(environment.height) * kPi;
-    vec2 around = CosSin(phi);
-    vec2 from_top = CosSin(theta);
-    found.direction = vec3(from_top.y * around.y, from_top.x, -from_top.y * around.x);
-    found.radiance = EnvironmentRadiance(ENVIRONMENT found.direction);
+    found.density = EnvironmentDensity(ENVIRONMENT normal, found.direction);
+    return found;
   }
-  found.density = EnvironmentDensity(ENVIRONMENT normal, found.direction);
+  int y = FindInterval(ENVIRONMENT 0, environment.height, u1);
+  int columns = FirstColumnSum(ENVIRONMENT y);
+  int x = FindInterval(ENVIRONMENT columns, environment.width, u0);
+  vec2 at = vec2(float(x) + PlaceInInterval(ENVIRONMENT columns, x, u0),
+                 float(y) + PlaceInInterval(ENVIRONMENT 0, y, u1));
+  vec2 around = CosSin((at.x / float(environment.width) - 0.5f) * 2.0f * kPi);
+  vec2 from_top = CosSin(at.y / float(environment.height) * kPi);
+  found.direction = vec3(from_top.y * around.y, from_top.x, -from_top.y * around.x);
+  found.radiance = RadianceOfPlace(ENVIRONMENT at);
+  found.density = DensityOfTexel(ENVIRONMENT x, y, from_top.y);
   return found;
 }
 

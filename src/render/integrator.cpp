@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "render/light_candidates_shared.h"
+
 namespace stillray::render {
 namespace {
 
@@ -60,7 +62,7 @@ class Tracer {
   void ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction, vec4 u);
   void Leave(const Path& path, vec3 direction);
   void MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction);
-  float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u);
+  float SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4* u);
   void Continue(const Path& path, vec3 origin, vec3 direction);
   void Add(int pixel, int kind, vec3 light);
   void AddFound(int pixel, int properties, const FoundLight& found);
@@ -217,27 +219,47 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   AddFound(path.pixel, path.light, LightMet(path, radiance));
 }
 
-/// Samples a light and adds its shadow ray. Returns TotalOf the choices.
-float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4 u) {
-  const LightChoices choices = WeighLights(context_.lights.arrays(), surface.position);
-  const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices, u);
-  const float total = TotalOf(choices);
-  if (!(light.density > 0.0f)) {
-    return total;
+/// Draws candidates of light and adds the shadow ray to one. Returns TotalOf the choices.
+/// \param u  its last number becomes another one
+float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4* u) {
+  const LightArrays& lights = context_.lights.arrays();
+  const LightChoices choices = WeighLights(lights, surface.position);
+  const int count = CandidateCount(lights, context_.settings.light_candidates, path.first != 0);
+  CandidateChoice choice = NoCandidate(u->w);
+  PathScratch::ShadowLight chosen{};
+  PathRay ray{};
+  for (int i = 0; i < count; ++i) {
+    const LightSample light = context_.lights.Sample(surface.position, surface.frame.z, choices,
+                                                     CandidateNumbers(*u, i, count));
+    if (!(light.density > 0.0f)) {
+      continue;
+    }
+    const vec3 wi = ToLocal(surface.frame, light.direction);
+    if (!IsConsistent(surface, light.direction, wi.z)) {
+      continue;
+    }
+    const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi, PartOfBsdf(path));
+    const float weight = SoughtWeight(light.density, value.density, light.delta, sampling());
+    const FoundLight found = LightSought(path, surface, light, value, wi.z, weight);
+    if (!IsUsableLight(found.diffuse + found.specular)) {
+      ++timings_.dropped;
+      continue;
+    }
+    const float candidate = CandidateWeight(found);
+    if (candidate > 0.0f && TakesCandidate(choice, candidate)) {
+      chosen = {path.pixel, LightSoughtBy(path, wi.z), found};
+      ray = ShadowRayTo(surface, light, wi.z > 0.0f);
+    }
   }
-  const vec3 wi = ToLocal(surface.frame, light.direction);
-  if (!IsConsistent(surface, light.direction, wi.z)) {
-    return total;
-  }
-  const BsdfValue value = EvaluateBsdf(bsdf, surface.local_wo, wi, PartOfBsdf(path));
-  const float weight = SoughtWeight(light.density, value.density, light.delta, sampling());
-  const FoundLight found = LightSought(path, surface, light, value, wi.z, weight);
-  if (found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f)) {
-    const PathRay ray = ShadowRayTo(surface, light, wi.z > 0.0f);
-    scratch_.shadow_light[scratch_.shadow.count] = {path.pixel, LightSoughtBy(path, wi.z), found};
+  u->w = choice.u;
+  if (choice.weight > 0.0f) {
+    const float factor = FactorOfChosen(choice, count);
+    chosen.light.diffuse *= factor;
+    chosen.light.specular *= factor;
+    scratch_.shadow_light[scratch_.shadow.count] = chosen;
     scratch_.shadow.Push(ray.origin, ray.direction, ray.end);
   }
-  return total;
+  return TotalOf(choices);
 }
 
 /// Returns whether the path gets to the surface at `far`; otherwise it is scattered or ends.
@@ -314,7 +336,7 @@ void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf,
   const int most_bounces = context_.settings.bounces;
   float total = 0.0f;
   if (!context_.lights.empty() && MaySeekLight(path, bsdf, most_bounces, sampling())) {
-    total = SeekLight(path, surface, bsdf, u);
+    total = SeekLight(path, surface, bsdf, &u);
   }
   vec3 onward(0.0f);
   const bool was_first = path.first != 0;

@@ -64,7 +64,7 @@ struct LightShape {
   uint first_distant;
   uint distant_count;
   int all_in_clusters;  // 1: every emitting triangle is in a cluster
-  uint unused_0;
+  int is_one_point;     // 1: there is one light, without extent
   LightCluster clusters[kMaxClusters];
 };
 

@@ -264,6 +264,8 @@ bool LightSet::Update(bool moved) {
   arrays_.environment_irradiance = kPi * environment_.arrays().mean_luminance;
   const bool any = !elements_.empty() || !distant_.empty() || !environment_.dark();
   arrays_.choice_count = any ? arrays_.cluster_count + 2 : 0;
+  const bool one = entries_.size() == 1 && (entries_[0].item & kPunctualItem) != 0;
+  arrays_.is_one_point = one && environment_.dark() ? 1 : 0;
   arrays_.entries = entries_.data();
   arrays_.areas = areas_.data();
   arrays_.punctuals = punctuals_.data();

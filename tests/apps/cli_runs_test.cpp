@@ -430,6 +430,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"bounces", {"bounces", {"--bounces", "2"}}},
       {"regularise", {"regularise", {"--regularise"}}},
       {"light-sampling", {"light_sampling", {"--light-sampling", "light"}}},
+      {"light-candidates", {"light_candidates", {"--light-candidates", "2"}}},
       {"clamp-radiance", {"clamp_radiance", {"--clamp-radiance", "1"}}},
       {"aperture", {"aperture", {"--aperture", "0.1"}}},
       {"focus", {"focus", {"--focus", "2"}}},

@@ -45,6 +45,7 @@ TEST(RenderParameters, RowsSetTheirMembers) {
   set("bounces", "7");
   set("regularise", "on");
   set("light_sampling", "bsdf");
+  set("light_candidates", "3");
   set("clamp_radiance", "2.5");
   EXPECT_EQ(settings.spp, 1);
   EXPECT_EQ(settings.cycle, 8);
@@ -55,6 +56,7 @@ TEST(RenderParameters, RowsSetTheirMembers) {
   EXPECT_EQ(settings.bounces, 7);
   EXPECT_TRUE(settings.regularise);
   EXPECT_EQ(settings.light_sampling, LightSampling::kBsdf);
+  EXPECT_EQ(settings.light_candidates, 3);
   EXPECT_EQ(settings.clamp_radiance, 2.5f);
 }
 
@@ -127,8 +129,9 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
             "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
-            "virtual_guides, bounces, regularise, light_sampling, clamp_radiance, aperture, focus, "
-            "blades, blade_rotation");
+            "virtual_guides, bounces, regularise, light_sampling, light_candidates, "
+            "clamp_radiance, aperture, "
+            "focus, blades, blade_rotation");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
 }
 

@@ -226,6 +226,25 @@ inline Frame RenderOne(const Scene& scene, const RenderSettings& settings,
   return frame;
 }
 
+// A glossy floor under a map with a small bright spot, and a lamp: all strategies agree.
+inline Scene StrategiesScene(float roughness) {
+  SceneBuilder builder;
+  builder.CameraTransform() = At(vec3(0, 1, 3));
+  builder.CameraTransform().rotation = Rotation(vec3(1, 0, 0), -0.4f);
+  Material floor = Metal(vec3(0.9f), roughness);
+  floor.metallic = 0.5f;
+  builder.Add(Quad(vec3(-4, 0, 4), vec3(8, 0, 0), vec3(0, 0, -8)), floor);
+  builder.Add(Quad(vec3(-1.5f, 0.2f, -2), vec3(3, 0, 0), vec3(0, 1.5f, 0)), Emitter(vec3(3.0f)));
+  Environment& environment = builder.scene.environment;
+  environment.radiance = vec3(1.0f, 0.9f, 0.8f);
+  environment.map = Image3(32, 16);
+  for (int c = 0; c < 3; ++c) {
+    environment.map[c].Fill(0.2f);
+    environment.map[c](14, 5) = 40.0f;
+  }
+  return builder.scene;
+}
+
 inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp) {
   Image3 image;
   auto renderer = CreateRenderer(scene, settings);

@@ -233,6 +233,9 @@ TEST_P(GpuRendererTest, EveryWayOfLightSamplingIsTheCpus) {
     expect_the_cpus();
   }
   settings.light_sampling = LightSampling::kMis;
+  settings.light_candidates = 1;
+  expect_the_cpus();
+  settings.light_candidates = 7;
   settings.clamp_radiance = 0.25f;
   expect_the_cpus();
 }

@@ -59,28 +59,45 @@ vec3 RadianceOfArea(LightSample light) {
   return radiance;
 }
 
-// Samples a light; `seeks`: `shadow` is a ray to it. Returns TotalOf the choices.
-float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec4 u, out bool seeks,
-                inout GpuShadow shadow) {
-  seeks = false;
+// Draws candidates of light; `seeks`: `shadow` is a ray to one. Returns TotalOf the choices. The
+// last number of u becomes another one.
+float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, inout vec4 u,
+                out bool seeks, inout GpuShadow shadow) {
   LightChoices choices = WeighLights(at.position);
-  float total = TotalOf(choices);
-  LightSample light = SampleLights(at.position, at.frame.z, choices, u);
-  vec3 wi = ToLocal(at.frame, light.direction);
-  if (!(light.density > 0.0f) || !IsConsistent(at, light.direction, wi.z)) {
-    return total;
+  int count = CandidateCount(frame.light_candidates, path.first != 0);
+  CandidateChoice choice = NoCandidate(u.w);
+  for (int i = 0; i < count; ++i) {
+    LightSample light =
+        SampleLights(at.position, at.frame.z, choices, CandidateNumbers(u, i, count));
+    vec3 wi = ToLocal(at.frame, light.direction);
+    if (!(light.density > 0.0f) || !IsConsistent(at, light.direction, wi.z)) {
+      continue;
+    }
+    if (light.area >= 0) {
+      light.radiance = RadianceOfArea(light);
+    }
+    BsdfValue value = EvaluateBsdf(bsdf, at.local_wo, wi, PartOfBsdf(path));
+    float weight = SoughtWeight(light.density, value.density, light.delta, frame.light_sampling);
+    FoundLight found = LightSought(path, at, light, value, wi.z, weight);
+    if (!IsUsableLight(found.diffuse + found.specular)) {
+      atomicAdd(counters.dropped, 1u);
+      continue;
+    }
+    float candidate = CandidateWeight(found);
+    if (candidate > 0.0f && TakesCandidate(choice, candidate)) {
+      PathRay ray = ShadowRayTo(at, light, wi.z > 0.0f);
+      shadow = GpuShadow(ray.origin, ray.end, ray.direction, number, found.diffuse,
+                         LightSoughtBy(path, wi.z), found.specular, 0u);
+    }
   }
-  if (light.area >= 0) {
-    light.radiance = RadianceOfArea(light);
+  u.w = choice.u;
+  seeks = choice.weight > 0.0f;
+  if (seeks) {
+    float factor = FactorOfChosen(choice, count);
+    shadow.diffuse *= factor;
+    shadow.specular *= factor;
   }
-  BsdfValue value = EvaluateBsdf(bsdf, at.local_wo, wi, PartOfBsdf(path));
-  float weight = SoughtWeight(light.density, value.density, light.delta, frame.light_sampling);
-  FoundLight found = LightSought(path, at, light, value, wi.z, weight);
-  seeks = found.diffuse != vec3(0.0f) || found.specular != vec3(0.0f);
-  PathRay ray = ShadowRayTo(at, light, wi.z > 0.0f);
-  shadow = GpuShadow(ray.origin, ray.end, ray.direction, number, found.diffuse,
-                     LightSoughtBy(path, wi.z), found.specular, 0u);
-  return total;
+  return TotalOf(choices);
 }
 
 void Continue(uint number, PathState path, vec3 origin, vec3 direction) {

@@ -32,10 +32,11 @@ struct GpuFrame {
   LensShape lens_shape;
   uint lens_mask;      // offset of the mask's sums in the words
   int light_sampling;  // kSample...
+  int light_candidates;
   float clamp_radiance;
   uint signal_count;  // per pixel: kSurfaceSignals, or kAllSignals if transmitted light is separate
   int shows_reflection;  // 1: reflections have virtual guides
-  int unused_0, unused_1, unused_2;
+  int unused_0, unused_1;
 };
 
 // Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend

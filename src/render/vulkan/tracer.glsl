@@ -8,5 +8,6 @@
 #include "render/vulkan/lights.glsl"
 #include "render/medium_shared.h"
 #include "render/path_shared.h"
+#include "render/light_candidates_shared.h"
 #include "render/sampler_shared.h"
 #include "render/vulkan/trace.glsl"

@@ -219,6 +219,7 @@ void VulkanRenderer::SetSampling(vec2 jitter, SampleStream stream) {
   frame_.bounces = settings_.bounces;
   frame_.regularise = settings_.regularise ? 1 : 0;
   frame_.light_sampling = static_cast<int>(settings_.light_sampling);
+  frame_.light_candidates = settings_.light_candidates;
   frame_.clamp_radiance = settings_.clamp_radiance;
   frame_.ends_are_opaque = any_transmission_ ? 0 : 1;
   frame_.spread_points = settings_.jitter ? 1 : 0;
