@@ -237,6 +237,15 @@ std::vector<Row> MakeTable() {
                                 "over blocks of 8x8 pixels too, for less noise after a filter.",
                         .choices = {"sobol", "halton16", "zsobol"}},
                .member = Choice<S, &S::sampler>()});
+  t.push_back({.info = {.name = "light_candidates",
+                        .type = ParameterType::kInt,
+                        .group = "sampling",
+                        .help = "Lights, or points on them, that a surface draws before it sends "
+                                "a shadow ray to one, chosen by how much it would add: less noise "
+                                "for more time. Surfaces after the first draw half as many.",
+                        .min = 1,
+                        .max = kMaxLightCandidates},
+               .member = &S::light_candidates});
   t.push_back({.info = {.name = "jitter",
                         .type = ParameterType::kFlag,
                         .group = "sampling",
@@ -274,15 +283,6 @@ std::vector<Row> MakeTable() {
                         .choices = {"none", "bsdf", "light", "mis"}},
                .member = Choice<S, &S::light_sampling>(),
                .changes_light = true});
-  t.push_back({.info = {.name = "light_candidates",
-                        .type = ParameterType::kInt,
-                        .group = "paths",
-                        .help = "Lights, or points on them, that a surface draws before it sends "
-                                "a shadow ray to one, chosen by how much it would add: less noise "
-                                "for more time. Surfaces after the first draw half as many.",
-                        .min = 1,
-                        .max = kMaxLightCandidates},
-               .member = &S::light_candidates});
   t.push_back({.info = {.name = "clamp_radiance",
                         .type = ParameterType::kFloat,
                         .group = "paths",

@@ -114,7 +114,8 @@ TEST(LightCandidatesTest, MeanIsTheSameForAnyNumber) {
   }
 }
 
-// A matte floor lit by a panel close by, whose points differ in distance and cosine, and by another.
+// A matte floor lit by a panel close by, whose points differ in distance and cosine, and by
+// another.
 TEST(LightCandidatesTest, MoreCandidatesHaveLessNoise) {
   SceneBuilder builder;
   builder.CameraTransform() = At(vec3(0, 1, 3));

@@ -128,10 +128,9 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
             "seed is '-1', expected a whole number from 0 to 18446744073709551615");
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
-            "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, jitter, "
-            "virtual_guides, bounces, regularise, light_sampling, light_candidates, "
-            "clamp_radiance, aperture, "
-            "focus, blades, blade_rotation");
+            "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, "
+            "light_candidates, jitter, virtual_guides, bounces, regularise, light_sampling, "
+            "clamp_radiance, aperture, focus, blades, blade_rotation");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
 }
 
