@@ -220,7 +220,7 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
 }
 
 /// Draws candidates of light and adds the shadow ray to one. Returns TotalOf the choices.
-/// \param u  its last number becomes another one
+/// \param u  [in,out] u.w is used, and replaced by an independent number
 float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4* u) {
   const LightArrays& lights = context_.lights.arrays();
   const LightChoices choices = WeighLights(lights, surface.position);

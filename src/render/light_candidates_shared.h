@@ -41,7 +41,7 @@ SHARED_FN int CandidateCount(LIGHTS_IN int wanted, bool first) {
 struct CandidateChoice {
   float sum;     // of the weights so far
   float weight;  // of the chosen candidate; 0: none yet
-  float u;       // uniform in [0, 1) whatever was chosen
+  float u;       // uniform in [0, 1), independent of the choice
 };
 
 SHARED_FN CandidateChoice NoCandidate(float u) {

@@ -59,8 +59,8 @@ vec3 RadianceOfArea(LightSample light) {
   return radiance;
 }
 
-// Draws candidates of light; `seeks`: `shadow` is a ray to one. Returns TotalOf the choices. The
-// last number of u becomes another one.
+// Draws candidates of light; `seeks`: `shadow` is a ray to one. Returns TotalOf the choices. u.w
+// is used, and replaced by an independent number.
 float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, inout vec4 u,
                 out bool seeks, inout GpuShadow shadow) {
   LightChoices choices = WeighLights(at.position);
