@@ -198,18 +198,12 @@ TEST(LightSamplingTest, AllModesHaveTheSameMean) {
 }
 
 TEST(LightSamplingTest, LightsWithoutExtentNeedShadowRays) {
-  SceneBuilder builder;
-  builder.Add(Quad(vec3(-9, -9, -2), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.5f)));
-  PunctualLight lamp;
-  lamp.type = LightType::kPoint;
-  lamp.intensity = vec3(3.0f);
-  lamp.node = builder.AddNode(At(vec3(1, 0, 0)));
-  builder.scene.lights.push_back(lamp);
+  const Scene scene = WallWithLamp();
   RenderSettings settings = SmallSettings(8, 6, 1);
-  const Image3 both = RenderMean(builder.scene, settings, 4);
+  const Image3 both = RenderMean(scene, settings, 4);
   EXPECT_GT(Mean(both).x, 0.05f);
   for (const LightSampling sampling : {LightSampling::kBsdf, LightSampling::kLight}) {
-    const Image3 other = RenderMean(builder.scene, settings, 4, sampling);
+    const Image3 other = RenderMean(scene, settings, 4, sampling);
     for (int y = 0; y < 6; ++y) {
       for (int x = 0; x < 8; ++x) {
         ASSERT_EQ(Pixel(other, x, y), Pixel(both, x, y));
@@ -217,7 +211,7 @@ TEST(LightSamplingTest, LightsWithoutExtentNeedShadowRays) {
     }
   }
   settings.light_sampling = LightSampling::kNone;
-  const auto renderer = CreateRenderer(builder.scene, settings);
+  const auto renderer = CreateRenderer(scene, settings);
   Frame frame;
   ASSERT_TRUE((*renderer)->RenderFrame({}, &frame).ok());
   EXPECT_EQ(Mean(frame.Find(SignalKind::kDirectDiffuse)->radiance), vec3(0.0f));
@@ -250,14 +244,7 @@ TEST(LightSamplingTest, BothIsQuieterThanEither) {
   const RenderSettings settings = SmallSettings(16, 12, 1);
   const Image3 truth = RenderMean(scene, settings, 1024);
   const auto error = [&](LightSampling sampling) {
-    const Image3 image = RenderMean(scene, settings, 16, sampling);
-    double sum = 0;
-    for (int y = 0; y < 12; ++y) {
-      for (int x = 0; x < 16; ++x) {
-        sum += std::pow(Luminance709(Pixel(image, x, y) - Pixel(truth, x, y)), 2.0);
-      }
-    }
-    return sum;
+    return SquaredError(RenderMean(scene, settings, 16, sampling), truth);
   };
   const double both = error(LightSampling::kMis);
   EXPECT_LT(both, error(LightSampling::kLight));

@@ -124,14 +124,7 @@ TEST(LightCandidatesTest, MoreCandidatesHaveLessNoise) {
   builder.Add(Quad(vec3(2, 2, 1), vec3(0, 0, -1), vec3(-1, 0, 0)), Emitter(vec3(4.0f)));
   const Image3 truth = RenderMean(builder.scene, WithCandidates(16), 1024);
   const auto error = [&](int candidates) {
-    const Image3 image = RenderMean(builder.scene, WithCandidates(candidates), 1);
-    double sum = 0;
-    for (int y = 0; y < 12; ++y) {
-      for (int x = 0; x < 16; ++x) {
-        sum += std::pow(Luminance709(Pixel(image, x, y) - Pixel(truth, x, y)), 2.0);
-      }
-    }
-    return sum;
+    return SquaredError(RenderMean(builder.scene, WithCandidates(candidates), 1), truth);
   };
   const double one = error(1);
   const double four = error(4);
@@ -140,15 +133,9 @@ TEST(LightCandidatesTest, MoreCandidatesHaveLessNoise) {
 }
 
 TEST(LightCandidatesTest, OneLightWithoutExtentIsDrawnOnce) {
-  SceneBuilder builder;
-  builder.Add(Quad(vec3(-9, -9, -2), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.5f)));
-  PunctualLight lamp;
-  lamp.type = LightType::kPoint;
-  lamp.intensity = vec3(3.0f);
-  lamp.node = builder.AddNode(At(vec3(1, 0, 0)));
-  builder.scene.lights.push_back(lamp);
-  const Image3 one = RenderMean(builder.scene, WithCandidates(1), 2);
-  const Image3 many = RenderMean(builder.scene, WithCandidates(kMaxLightCandidates), 2);
+  const Scene scene = WallWithLamp();
+  const Image3 one = RenderMean(scene, WithCandidates(1), 2);
+  const Image3 many = RenderMean(scene, WithCandidates(kMaxLightCandidates), 2);
   EXPECT_GT(Mean(one).x, 0.05f);
   for (int y = 0; y < 12; ++y) {
     for (int x = 0; x < 16; ++x) {

@@ -245,6 +245,18 @@ inline Scene StrategiesScene(float roughness) {
   return builder.scene;
 }
 
+// A matte wall and a light without extent.
+inline Scene WallWithLamp() {
+  SceneBuilder builder;
+  builder.Add(Quad(vec3(-9, -9, -2), vec3(18, 0, 0), vec3(0, 18, 0)), Lambert(vec3(0.5f)));
+  PunctualLight lamp;
+  lamp.type = LightType::kPoint;
+  lamp.intensity = vec3(3.0f);
+  lamp.node = builder.AddNode(At(vec3(1, 0, 0)));
+  builder.scene.lights.push_back(lamp);
+  return builder.scene;
+}
+
 inline Image3 RenderMean(const Scene& scene, const RenderSettings& settings, int spp) {
   Image3 image;
   auto renderer = CreateRenderer(scene, settings);
@@ -265,6 +277,17 @@ inline Image3 RenderMean(const Scene& scene, RenderSettings settings, int spp,
 
 inline vec3 Pixel(const Image3& image, int x, int y) {
   return {image[0](x, y), image[1](x, y), image[2](x, y)};
+}
+
+/// Sum of the squared differences of luminance.
+inline double SquaredError(const Image3& image, const Image3& truth) {
+  double sum = 0;
+  for (int y = 0; y < truth.height(); ++y) {
+    for (int x = 0; x < truth.width(); ++x) {
+      sum += std::pow(Luminance709(Pixel(image, x, y) - Pixel(truth, x, y)), 2.0);
+    }
+  }
+  return sum;
 }
 
 /// Mean over the picture.

@@ -93,8 +93,10 @@ struct Errors {
   std::vector<double> exact;
 };
 
-Errors ErrorsOf(const std::string& preset, const SampleRate& rate) {
+Errors ErrorsOf(const std::string& preset, const SampleRate& rate,
+                int candidates = RenderSettings().light_candidates) {
   ViewSettings settings = SmallSettings(preset, rate);
+  settings.render.light_candidates = candidates;
   const Image3 reference = Converged("builtin:cornell", settings, 512);
   Errors errors;
   errors.preset = ErrorsOverTime(settings, reference);
@@ -116,10 +118,20 @@ void ExpectToFall(const std::vector<double>& errors) {
 }
 
 TEST(StillView, DefaultFallsToItsFloorAndExactAccumulationBelow) {
+  const Errors errors = ErrorsOf("default", {1, 1}, 1);
+  ExpectToFall(errors.preset);
+  ExpectToFall(errors.exact);
+  EXPECT_LT(errors.preset.back(), 0.2 * errors.preset.front());
+  EXPECT_LT(errors.exact.back(), 0.87 * errors.preset.back());
+  ExpectToFall(errors.still);
+  EXPECT_LT(errors.still.back(), 0.87 * errors.preset.back());
+}
+
+/// With less noise the floor is reached after 16 samples, since what jittered points change looks
+/// like a change of light to limit_history, which shortens histories.
+TEST(StillView, LessNoiseHasAHigherFloorUnlessAllSamplesAreEqual) {
   const Errors errors = ErrorsOf("default", {1, 1});
   ExpectToFall(errors.exact);
-  // What jittered points change looks like a change of light to limit_history, which shortens
-  // histories: the floor is reached after 16 samples.
   EXPECT_LT(errors.preset[1], 0.6 * errors.preset[0]);
   EXPECT_LT(errors.preset[2], 0.85 * errors.preset[1]);
   EXPECT_LT(errors.preset.back(), 0.4 * errors.preset.front());
