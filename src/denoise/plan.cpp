@@ -181,7 +181,8 @@ void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->limit_history = {.correct_history = Int(s.correct_history),
                          .limit_dead = s.limit_dead,
                          .limit_gain = s.limit_gain,
-                         .has_roughness = Int(facts.has_roughness)};
+                         .has_roughness = Int(facts.has_roughness),
+                         .is_jittered = Int(facts.jittered)};
   plan->compared.edges.sigma_n = kComparedSigmaN;
   plan->compared.edges.depth_weight_plane = 1;
   plan->compared.edges.plane_tolerance = kComparedTolerance;

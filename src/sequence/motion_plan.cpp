@@ -71,6 +71,12 @@ bool HasGuides(const AovLayout& layout) {
   return has(Aov::kAlbedo) || has(Aov::kFallbackAlbedo) || (has(Aov::kDepth) && has(Aov::kNormal));
 }
 
+/// Whether zeros in the motion layer mean that nothing moves. Other renderers leave the layer zero,
+/// for example with motion blur.
+bool HasExactMotion(const AovLayout& layout) {
+  return layout.renderer == "stillray";
+}
+
 Status ReadCameras(const SequenceOptions& options, const ExrImage& first, MotionPlan* plan) {
   Result<motion::CameraFile> file = motion::ReadCameraFile(options.cameras);
   STILLRAY_RETURN_IF_ERROR(file.status());
@@ -163,8 +169,9 @@ Result<MotionPlan> PlanMotion(const SequenceOptions& options, const AovLayout& l
     case MotionSource::kAuto:
       if (!MotionIsDisabled(options)) {
         plan.from_file = has_layer;
-        plan.from_cameras = has_camera && has_depth;
-        plan.estimates = HasGuides(layout);
+        const bool may_lack = !(has_layer && HasExactMotion(layout));
+        plan.from_cameras = may_lack && has_camera && has_depth;
+        plan.estimates = may_lack && HasGuides(layout);
       }
       break;
   }

@@ -258,6 +258,19 @@ TEST_P(CliDenoiseMotion, AMemoryLimitChangesNoBits) {
 INSTANTIATE_TEST_SUITE_P(Windows, CliDenoiseMotion, ::testing::Values("past", "both"),
                          [](const auto& info) { return std::string(info.param); });
 
+TEST(CliDenoiseMotionOwn, ZerosAreAViewThatStandsStill) {
+  const TemporaryFolder folder;
+  const ProgramRun rendered =
+      RunProgram({"render", "builtin:cornell", "-o", folder / "in", "--size", "48x32", "--frames",
+                  "1-3", "--still", "--save-inputs", "--format", "exr"});
+  ASSERT_EQ(rendered.exit_code, 0) << rendered.errors;
+  const ProgramRun run =
+      Denoise(folder / "in/noisy.####.exr", folder / "out", {"--json", folder / "log.json"});
+  ASSERT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, Not(HasSubstr("motion is zero")));
+  EXPECT_EQ(Json::parse(ReadText(folder / "log.json"))["frames"][2]["motion"], "file");
+}
+
 TEST(CliDenoiseMotionErrors, AreExplained) {
   const TemporaryFolder folder;
   const Shot shot;

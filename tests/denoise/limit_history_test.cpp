@@ -99,7 +99,11 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
   }
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
                   test::MakeGuides(true),
-                  {.correct_history = 1, .limit_dead = 0, .limit_gain = 16, .has_roughness = 0});
+                  {.correct_history = 1,
+                   .limit_dead = 0,
+                   .limit_gain = 16,
+                   .has_roughness = 0,
+                   .is_jittered = 0});
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -239,9 +243,13 @@ TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
   for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     double bias = 0;
-    const Limited all = RunStage(
-        *stages, {MakeNoise(1.4f, 1, kEdge, kNoise)}, MakeSteadyHistory(kNoise), taps, guides,
-        {.correct_history = 1, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
+    const Limited all = RunStage(*stages, {MakeNoise(1.4f, 1, kEdge, kNoise)},
+                                 MakeSteadyHistory(kNoise), taps, guides,
+                                 {.correct_history = 1,
+                                  .limit_dead = 4,
+                                  .limit_gain = 8,
+                                  .has_roughness = 0,
+                                  .is_jittered = 0});
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         // The nearest pixels are those of the left wall: its blocks are whole.
@@ -259,7 +267,11 @@ TEST(LimitHistoryStage, NoiseAloneChangesNothing) {
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
   const Limited all =
       RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps, guides,
-               {.correct_history = 1, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
+               {.correct_history = 1,
+                .limit_dead = 4,
+                .limit_gain = 8,
+                .has_roughness = 0,
+                .is_jittered = 0});
   double sum = 0;
   double bias = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -280,9 +292,12 @@ TEST(LimitHistoryStage, ABrightSampleOnAThinPartLeavesMoreHistory) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     NewLight light = MakeNoise(1, 1, 0, 0.2f);
     light.colour[0](kPole, kHeight / 2) = 100;
-    const Limited all =
-        RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                 {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
+    const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                                 {.correct_history = 0,
+                                  .limit_dead = 4,
+                                  .limit_gain = 8,
+                                  .has_roughness = 0,
+                                  .is_jittered = 0});
     for (int y = 0; y < kHeight; ++y) {
       // By the moments of the history alone it would be half of this.
       EXPECT_GT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 0.5) << y;
@@ -301,9 +316,13 @@ TEST(LimitHistoryStage, ABrightSampleInAVirtualImageLeavesItsHistory) {
     const auto length = [&](float roughness) {
       Image1 plane(kWidth, kHeight);
       plane.Fill(roughness);
-      const Limited all = RunStage(
-          *stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-          {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0}, plane);
+      const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                                   {.correct_history = 0,
+                                    .limit_dead = 4,
+                                    .limit_gain = 8,
+                                    .has_roughness = 0,
+                                    .is_jittered = 0},
+                                   plane);
       return LimitedLength(20, 0.05f, all.bias[0](kPole, kHeight / 2), 8);
     };
     EXPECT_LT(length(1), 2);
@@ -322,9 +341,12 @@ TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
       light.colour[0](x, y) *= 3;
     }
   }
-  const Limited all =
-      RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
+  const Limited all = RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
+                               {.correct_history = 0,
+                                .limit_dead = 4,
+                                .limit_gain = 8,
+                                .has_roughness = 0,
+                                .is_jittered = 0});
   for (int y = 0; y < kHeight; ++y) {
     ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 1) << y;
   }
@@ -335,13 +357,102 @@ TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
   const Limited all =
       RunStage(kCpuStages, {MakeNoise(1.5f, 1.5f, 0, 0.2f)}, MakeSteadyHistory(0.2f), taps, guides,
-               {.correct_history = 0, .limit_dead = 4, .limit_gain = 8, .has_roughness = 0});
+               {.correct_history = 0,
+                .limit_dead = 4,
+                .limit_gain = 8,
+                .has_roughness = 0,
+                .is_jittered = 0});
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       ASSERT_EQ(all.ratio[0](x, y), 1) << x << " " << y;
       ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](x, y), 8), 1) << x << " " << y;
     }
   }
+}
+
+/// The planes before correct_history of a history that rises by dx and dy per block.
+ComparedPlanes MakeSlope(float dx, float dy) {
+  constexpr int kBlocks = 12;
+  ComparedPlanes planes(kBlocks, kBlocks);
+  for (int y = 0; y < kBlocks; ++y) {
+    for (int x = 0; x < kBlocks; ++x) {
+      const float c = 0.2f + dx * static_cast<float>(x) + dy * static_cast<float>(y);
+      planes.compressed.colour[0](x, y) = planes.compressed.colour[1](x, y) = c;
+      planes.compressed.variance(x, y) = 1e-4f;
+      planes.valid(x, y) = 1;
+    }
+  }
+  return planes;
+}
+
+float NoiseAt(ComparedPlanes planes, int x, int y, bool jittered) {
+  LimitHistoryParameters p = {};
+  p.is_jittered = jittered ? 1 : 0;
+  CorrectHistory(planes.light, p, &planes);
+  return planes.light.variance(x, y);
+}
+
+TEST(LimitHistoryStage, JitterAddsTheNoiseOfSlopes) {
+  const ComparedPlanes slope = MakeSlope(0.03f, -0.01f);
+  // Slopes per pixel, a uniform offset, means over 9x9 blocks.
+  const double added = (0.015 * 0.015 + 0.005 * 0.005) / 12 * 81;
+  EXPECT_NEAR(NoiseAt(slope, 5, 5, true), 1e-4 + added, 1e-7);
+  EXPECT_EQ(NoiseAt(slope, 5, 5, false), 1e-4f);
+  EXPECT_EQ(NoiseAt(MakeSlope(0, 0), 5, 5, true), 1e-4f);
+  // Half of an edge is no slope, nor is what lies outside or has no history.
+  ComparedPlanes edge = MakeSlope(0, 0);
+  ComparedPlanes hole = slope;
+  for (int y = 0; y < 12; ++y) {
+    for (int x = 6; x < 12; ++x) {
+      edge.compressed.colour[1](x, y) += 0.5f;
+      hole.valid(x, y) = 0;
+      hole.compressed.colour[1](x, y) = kNan;
+    }
+  }
+  EXPECT_EQ(NoiseAt(edge, 5, 5, true), 1e-4f);
+  EXPECT_EQ(NoiseAt(edge, 6, 5, true), 1e-4f);
+  const double vertical = 0.005 * 0.005 / 12 * 81;
+  EXPECT_NEAR(NoiseAt(hole, 5, 5, true), 1e-4 + vertical, 1e-7);
+  EXPECT_NEAR(NoiseAt(slope, 0, 5, true), 1e-4 + vertical, 1e-7);
+  EXPECT_EQ(NoiseAt(hole, 8, 5, true), 1e-4f);
+}
+
+/// Light that rises along x, as rays beside the centres of the pixels by `offset` see it.
+NewLight MakeRising(float offset, float factor) {
+  NewLight light = MakeNoise(1, 1, 0, 0.02f);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      light.colour[0](x, y) *= factor * std::exp(0.05f * (static_cast<float>(x) + offset - 40));
+    }
+  }
+  return light;
+}
+
+TEST(LimitHistoryStage, WhatJitterMovesIsNoChangeOfTheLight) {
+  const GuidePlanes guides = MakeWalls(0);
+  const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
+  SignalHistory history = MakeSteadyHistory(0.02f);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const float l = std::exp(0.05f * (static_cast<float>(x) - 40));
+      history.mean(x, y) = l;
+      history.variance(x, y) = l * l * 0.02f * 0.02f / 3;
+      history.compressed(x, y) = l / (1 + l);
+    }
+  }
+  const auto length = [&](float offset, float factor, int jittered) {
+    const Limited all = RunStage(kCpuStages, {MakeRising(offset, factor)}, history, taps, guides,
+                                 {.correct_history = 0,
+                                  .limit_dead = 4,
+                                  .limit_gain = 8,
+                                  .has_roughness = 0,
+                                  .is_jittered = jittered});
+    return LimitedLength(20, 0.05f, all.bias[0](40, kHeight / 2), 8);
+  };
+  EXPECT_LT(length(0.5f, 1, 0), 10);
+  EXPECT_EQ(length(0.5f, 1, 1), 20);
+  EXPECT_EQ(length(0, 1, 0), 20);
+  EXPECT_LT(length(0.5f, 1.25f, 1), 5);
 }
 
 }  // namespace

@@ -139,6 +139,10 @@ TEST(Plan, ParametersAreThoseOfTheSettingsResolved) {
   EXPECT_EQ(plan.reproject.history_depth, 0.05f);
   EXPECT_EQ(plan.limit_history.limit_dead, 4.0f);
   EXPECT_EQ(plan.limit_history.limit_gain, 12.0f);
+  EXPECT_EQ(plan.limit_history.is_jittered, 1);
+  FrameFacts centred = UsualFacts();
+  centred.jittered = false;
+  EXPECT_EQ(MakePlan(s, centred, kLater).limit_history.is_jittered, 0);
   // A history of six samples is not short, whatever its sum was rounded to.
   EXPECT_NEAR(plan.estimate_variance.short_history_length, 6 - 1e-3f, 1e-6f);
   EXPECT_EQ(plan.estimate_variance.least_evidence, 0.0f);

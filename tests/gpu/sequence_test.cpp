@@ -76,7 +76,7 @@ Sequence::Errors Sequence::Run(const char* spec, const Settings& settings,
   test::RecordLargest(what + " rms", errors.largest_rms, sparse && halves ? 0.12 : 0.03);
   test::RecordLargest(what + " outliers", errors.largest_share, sparse && halves ? 0.45 : 0.03);
   test::RecordLargest(what + " brightness", std::abs(errors.mean_brightness - 1),
-                      sparse && halves ? 2e-3 : 5e-4);
+                      sparse && halves ? 8e-3 : 5e-4);
   return errors;
 }
 
@@ -120,12 +120,18 @@ TEST_F(Sequence, SparseFramesWithAndWithoutTheirGuides) {
       EXPECT_LT(f.largest_rms, 0.03) << preset;
       EXPECT_LT(f.largest_share, 0.01) << preset;
       EXPECT_NEAR(f.mean_brightness, 1, 5e-4) << preset;
-      const Errors h =
-          Run("builtin:cornell", WithoutFxaa(preset), DevicePrecision::kHalf, render, 16);
-      // Rounded guides accept other taps; the mean stays.
-      EXPECT_LT(h.largest_rms, 0.12) << preset;
-      EXPECT_LT(h.largest_share, 0.45) << preset;
-      EXPECT_NEAR(h.mean_brightness, 1, 3e-3) << preset;
+      // Rounded guides accept other taps; the mean stays, but for the noise of few samples.
+      constexpr int kSeeds = 5;
+      double brightness = 0;
+      for (render.seed = 0; render.seed < kSeeds; ++render.seed) {
+        const Errors h =
+            Run("builtin:cornell", WithoutFxaa(preset), DevicePrecision::kHalf, render, 16);
+        EXPECT_LT(h.largest_rms, 0.12) << preset;
+        EXPECT_LT(h.largest_share, 0.45) << preset;
+        brightness += h.mean_brightness / kSeeds;
+      }
+      EXPECT_NEAR(brightness, 1, 3e-3) << preset;
+      render.seed = 0;
     }
   }
 }

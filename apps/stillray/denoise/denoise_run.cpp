@@ -241,7 +241,8 @@ void DenoiseRun::PrintWarnings(const DenoiseLog& log) const {
   if (bad_guides > 0) {
     PrintTo(stderr, "warning: {} pixels had no usable guides and were not filtered\n", bad_guides);
   }
-  if (sequence_->layout().Find(Aov::kMotion) != nullptr && !sequence_->derives_motion() &&
+  if (sequence_->layout().Find(Aov::kMotion) != nullptr &&
+      sequence_->layout().renderer != "stillray" && !sequence_->derives_motion() &&
       !sequence_->motion_was_seen() && log.frames.size() > 1 &&
       !HasFinding(log.findings, "motion_zero")) {
     PrintTo(stderr,

@@ -279,6 +279,23 @@ void RescaleHistory(float scale, SignalHistory* history) {
   history->compressed_scale = scale;
 }
 
+namespace {
+
+/// JitterNoise of a block. Blocks without history, and those outside, have no slope.
+float JitterNoiseAt(const ComparedPlanes& planes, int x, int y) {
+  const Image1& history = planes.compressed.colour[1];
+  const float here = history(x, y);
+  const auto at = [&](int nx, int ny) {
+    const bool inside = nx >= 0 && ny >= 0 && nx < history.width() && ny < history.height();
+    return inside && planes.valid(nx, ny) > 0 ? history(nx, ny) : here;
+  };
+  return planes.valid(x, y) > 0 ? JitterNoise(BlockSlope(at(x - 1, y), here, at(x + 1, y)),
+                                              BlockSlope(at(x, y - 1), here, at(x, y + 1)))
+                                : 0.0f;
+}
+
+}  // namespace
+
 void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
                     ComparedPlanes* planes) {
   const FilterPlanes& compressed = planes->compressed;
@@ -294,7 +311,8 @@ void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& 
         planes->light.colour[0](x, y) =
             compressed.colour[0](x, y) - ScaledCompressed(compressed.colour[1](x, y), ratio);
         planes->light.colour[1](x, y) = compressed.colour[2](x, y);
-        planes->light.variance(x, y) = compressed.variance(x, y);
+        planes->light.variance(x, y) =
+            compressed.variance(x, y) + (p.is_jittered != 0 ? JitterNoiseAt(*planes, x, y) : 0.0f);
       }
     }
   });

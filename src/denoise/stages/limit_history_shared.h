@@ -19,6 +19,7 @@ SHARED_BLOCK(LimitHistoryParameters) {
   float limit_dead;
   float limit_gain;
   int has_roughness;  // a device's image of it
+  int is_jittered;    // the frame's rays miss the centres of the pixels
 };
 
 // Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
@@ -107,6 +108,24 @@ SHARED_FN float ShareOfChange(float roughness) {
 // variance of single samples; at least ShareOfChange of the difference itself.
 SHARED_FN float CompressedNoise(float d, float n, float single, float weights2, float share) {
   return max(single * (1.0f / max(n, 1.0f) + weights2), share * d * d);
+}
+
+// Difference of the compressed history from one block to the next, of which `before` and `after`
+// are the neighbours along an axis: the smaller one, 0 at an extremum, so that edges are not
+// slopes.
+SHARED_FN float BlockSlope(float before, float here, float after) {
+  float a = here - before;
+  float b = after - here;
+  return a * b > 0.0f ? (abs(a) < abs(b) ? a : b) : 0.0f;
+}
+
+// Expected squared difference between a frame whose rays all miss the centres of the pixels by one
+// offset and a history of many offsets: a slope g per pixel times the offset's variance, 1/12 along
+// each axis. The offset is the same for all blocks, but the levels treat noise as independent, and
+// divide it by the 9x9 blocks over which they average.
+// \param dx, dy  BlockSlope: two pixels' change
+SHARED_FN float JitterNoise(float dx, float dy) {
+  return 81.0f / 12.0f * 0.25f * (dx * dx + dy * dy);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.

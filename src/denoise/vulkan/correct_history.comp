@@ -12,6 +12,22 @@ layout(set = 1, binding = 1) uniform texture2DArray compressed;
 layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray ratio_out;
 layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray compared_out;
 
+// The compressed history of a block; `here` without one, and outside.
+float HistoryAt(ivec2 block, int s, float here) {
+  if (any(lessThan(block, ivec2(0))) || any(greaterThanEqual(block, CoarseSize()))) {
+    return here;
+  }
+  vec4 c = texelFetch(compressed, ivec3(block, s), 0);
+  return IsValid(c.w) ? c.y : here;
+}
+
+float JitterNoiseAt(ivec2 block, int s, float here) {
+  return JitterNoise(BlockSlope(HistoryAt(block - ivec2(1, 0), s, here), here,
+                                HistoryAt(block + ivec2(1, 0), s, here)),
+                     BlockSlope(HistoryAt(block - ivec2(0, 1), s, here), here,
+                                HistoryAt(block + ivec2(0, 1), s, here)));
+}
+
 void main() {
   ivec2 block = ivec2(gl_GlobalInvocationID.xy);
   if (any(greaterThanEqual(block, CoarseSize()))) {
@@ -25,7 +41,11 @@ void main() {
                       ? HistoryRatio(light.x, light.y, VarianceOf(light.w))
                       : 1.0f;
     float difference = ratio != 1.0f ? c.x + (c.y - ScaledCompressed(c.y, ratio)) : c.x;
+    float deviation = c.w;
+    if (limit_history.is_jittered != 0 && IsValid(c.w)) {
+      deviation = PackDeviation(VarianceOf(c.w) + JitterNoiseAt(block, s, c.y), true);
+    }
     imageStore(ratio_out, at, vec4(ratio));
-    imageStore(compared_out, at, Stored(vec4(difference, 0.0f, c.z, c.w)));
+    imageStore(compared_out, at, Stored(vec4(difference, 0.0f, c.z, deviation)));
   }
 }

@@ -91,7 +91,7 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
 
 #ifdef __cplusplus
 static_assert(sizeof(EdgeStopping) == 48 && sizeof(AtrousParameters) == 80 &&
-                  sizeof(EstimateVarianceParameters) == 80 && sizeof(LimitHistoryParameters) == 16,
+                  sizeof(EstimateVarianceParameters) == 80 && sizeof(LimitHistoryParameters) == 32,
               "blocks fill multiples of 16 bytes, as in GLSL");
 static_assert(offsetof(FrameParameters, demodulate) % 16 == 0);
 
