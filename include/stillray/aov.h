@@ -225,6 +225,8 @@ struct AovLayout {
   std::string view_layer;     ///< as AovOptions::view_layer; the one in use
   /// Other view layers with light, which are copied unchanged; empty if a view layer was chosen.
   std::vector<std::string> other_view_layers;
+  /// By SignalKind: the channel of Signal::second_moment; empty: none. Copied unchanged.
+  std::array<std::string, kSignalKindCount> second_moments;
   std::vector<std::string> carried;  ///< layers without a role, copied unchanged
   std::vector<std::string> notes;    ///< missing layers and the consequences, one line each
 

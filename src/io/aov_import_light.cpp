@@ -6,8 +6,6 @@
 #include <cmath>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "core/guides.h"
 #include "core/pixels.h"
 #include "io/aov_importer.h"
@@ -91,10 +89,9 @@ void Importer::ImportPasses() {
     SignalOf(row.kind).radiance = std::move(light);
   }
   for (Signal& signal : frame_.signals) {
-    const Channel* moment = image_.Find(fmt::format("{}.second_moment.X", SignalName(signal.kind)));
-    // Without the number of samples they have no meaning.
-    if (layout_.renderer == "stillray" && layout_.Find(Aov::kSamples) != nullptr &&
-        moment != nullptr && moment->type != PixelType::kUint32) {
+    const std::string& name = layout_.second_moments[static_cast<size_t>(signal.kind)];
+    const Channel* moment = name.empty() ? nullptr : image_.Find(name);
+    if (moment != nullptr) {
       signal.second_moment = moment->values;
     }
   }

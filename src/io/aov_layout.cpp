@@ -430,7 +430,10 @@ void ListCarried(const ChannelNames& names, AovLayout* layout) {
   for (const std::string& layer : names.layers()) {
     const bool serves = std::any_of(layout->sources.begin(), layout->sources.end(),
                                     [&](const AovSource& s) { return s.layer == layer; });
-    if (!serves) {
+    const std::string first = layer + ".X";
+    const bool is_moment = std::find(layout->second_moments.begin(), layout->second_moments.end(),
+                                     first) != layout->second_moments.end();
+    if (!serves && !is_moment) {
       layout->carried.push_back(layer);
     }
   }
@@ -509,6 +512,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   io::DecideCurvedImages(image, &layout);
   NoteMissingGuides(&layout);
   io::DecideSamples(image, &layout);
+  io::DecideSecondMoments(image, &layout);
   NoteSoftGuides(image, &layout);
   ListCarried(names, &layout);
   return layout;
@@ -526,6 +530,12 @@ std::string AovTable(const AovLayout& layout) {
                                    width, LettersOf(source), ConventionOf(layout, source));
     line.erase(line.find_last_not_of(' ') + 1);
     text += line + "\n";
+  }
+  for (const std::string& channel : layout.second_moments) {
+    if (!channel.empty()) {
+      text += fmt::format("  {:<22}  {:<{}}  X\n", "second_moment",
+                          channel.substr(0, channel.rfind('.')), width);
+    }
   }
   for (const std::string& layer : layout.carried) {
     text += fmt::format("  {:<22}  {}\n", "(carried through)",

@@ -60,4 +60,22 @@ void DecideSamples(const ExrImage& image, AovLayout* layout) {
   Drop(Aov::kSamples, layout);
 }
 
+void DecideSecondMoments(const ExrImage& image, AovLayout* layout) {
+  if (layout->renderer != "stillray" || layout->from_colour ||
+      layout->Find(Aov::kSamples) == nullptr) {
+    return;
+  }
+  for (int k = 0; k < kSignalKindCount; ++k) {
+    const std::string_view light = SignalName(static_cast<SignalKind>(k));
+    const bool is_read =
+        std::any_of(layout->sources.begin(), layout->sources.end(),
+                    [&](const AovSource& source) { return AovName(source.aov) == light; });
+    const std::string name = fmt::format("{}.second_moment.X", light);
+    const Channel* moment = is_read ? image.Find(name) : nullptr;
+    if (moment != nullptr && moment->type != PixelType::kUint32) {
+      layout->second_moments[static_cast<size_t>(k)] = name;
+    }
+  }
+}
+
 }  // namespace stillray::io

@@ -29,4 +29,8 @@ void ToCounts(int samples, Image1* fractions);
 /// Drops a layer of fractions whose number of samples is unknown, with a note.
 void DecideSamples(const ExrImage& image, AovLayout* layout);
 
+/// Finds AovLayout::second_moments of the light that is read. Without numbers of samples they have
+/// no meaning.
+void DecideSecondMoments(const ExrImage& image, AovLayout* layout);
+
 }  // namespace stillray::io

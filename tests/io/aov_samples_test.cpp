@@ -20,7 +20,9 @@ namespace {
 using test::BlenderLayers;
 using test::Import;
 using test::OnePixel;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
@@ -118,6 +120,12 @@ TEST(AovSamples, SecondMomentsWithoutCountsAreIgnored) {
   const Result<Frame> alone = Import(image, {"stillray", {"samples=none"}});
   ASSERT_TRUE(alone.ok()) << alone.status().message();
   EXPECT_TRUE(alone->Find(SignalKind::kDirectDiffuse)->second_moment.empty());
+  // What is read is not listed as carried through, and the reverse.
+  const AovLayout read = UnderstandAovs(image, {"stillray", {}}, "file").value();
+  EXPECT_THAT(read.carried, IsEmpty());
+  EXPECT_THAT(AovTable(read), HasSubstr("  second_moment           direct_diffuse.second_moment"));
+  const AovLayout ignored = UnderstandAovs(image, {"stillray", {"samples=none"}}, "file").value();
+  EXPECT_THAT(ignored.carried, ElementsAre("direct_diffuse.second_moment", "samples"));
 }
 
 }  // namespace

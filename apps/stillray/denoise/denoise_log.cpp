@@ -46,6 +46,13 @@ Json LayoutJson(const AovLayout& layout) {
     sources.push_back(
         {{"aov", AovName(source.aov)}, {"layer", source.layer}, {"channels", source.channels}});
   }
+  for (const std::string& channel : layout.second_moments) {
+    if (!channel.empty()) {
+      sources.push_back({{"aov", "second_moment"},
+                         {"layer", channel.substr(0, channel.rfind('.'))},
+                         {"channels", {channel}}});
+    }
+  }
   return {{"renderer", layout.renderer},
           {"sources", std::move(sources)},
           {"motion", ConventionText(layout.motion)},
