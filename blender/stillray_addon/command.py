@@ -1,17 +1,19 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
 """Command lines of `stillray`, without bpy."""
+import copy
 
 
 class Options:
     """What the panel sets, as plain data."""
 
     def __init__(self, preset="default", window="auto", passes=False, fireflies=False,
-                 device="auto", threads=0, memory_limit="", aovs=(), cameras=""):
+                 smooth=False, device="auto", threads=0, memory_limit="", aovs=(), cameras=""):
         self.preset = preset
         self.window = window
         self.passes = passes
         self.fireflies = fireflies
+        self.smooth = smooth  # edges, in time
         self.device = device
         self.threads = threads
         self.memory_limit = memory_limit
@@ -22,8 +24,13 @@ class Options:
         """Of a chain over view layers: without layer options (--aov) that name another one."""
         others = tuple(other + "." for other in layers if other and other != layer)
         aovs = [aov for aov in self.aovs if not aov.partition("=")[2].startswith(others)]
-        return Options(self.preset, self.window, self.passes, self.fireflies, self.device,
-                       self.threads, self.memory_limit, aovs, cameras)
+        options = copy.copy(self)
+        options.aovs, options.cameras = tuple(aovs), cameras
+        return options
+
+
+# Presets as published stay as they are.
+_SMOOTH_PRESETS = ("default", "best")
 
 
 def _range(frames):
@@ -49,6 +56,8 @@ def denoise(program, names, frames, output, options, view_layer="", json="", fir
         arguments.append("--passes")
     if options.fireflies:
         arguments += ["--set", "firefly=clamp"]
+    if options.smooth and options.preset in _SMOOTH_PRESETS and not options.passes:
+        arguments += ["--set", "antialias=taa"]
     for aov in options.aovs:
         arguments += ["--aov", aov]
     if options.device != "auto":

@@ -97,7 +97,7 @@ def options_of(scene, names, frames, found):
     use_cameras = found.has("--cameras") and camera_math.can_be_used(file, names, frames)
     return command.Options(
         preset=values.preset, window=values.window, passes=values.passes,
-        fireflies=values.fireflies, device=values.device, threads=values.threads,
+        fireflies=values.fireflies, smooth=values.smooth, device=values.device, threads=values.threads,
         memory_limit=values.memory_limit,
         aovs=[text.strip() for text in values.aovs.split(";") if text.strip()],
         cameras=file if use_cameras else "")

@@ -141,7 +141,7 @@ class STILLRAY_PT_options(_Panel, bpy.types.Panel):
         layout, values = self.layout, context.scene.stillray
         layout.use_property_split = True
         layout.use_property_decorate = False
-        for name in ("preset", "window", "fireflies", "passes", "all_layers", "neighbours",
+        for name in ("preset", "window", "smooth", "fireflies", "passes", "all_layers", "neighbours",
                      "folder", "device", "threads", "memory_limit", "aovs"):
             layout.prop(values, name)
         layout.operator("stillray.write_cameras", icon="CAMERA_DATA")

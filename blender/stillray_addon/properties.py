@@ -43,6 +43,10 @@ class StillraySettings(bpy.types.PropertyGroup):
     fireflies: BoolProperty(
         name="Limit Fireflies", description="Limit single bright pixels to their neighbours. Takes about a "
                     "tenth of the light")
+    smooth: BoolProperty(
+        name="Smooth Edges in Time", default=True,
+        description="Blend each frame with the last one along the motion: edges and textures are "
+                    "smooth where the picture moves, also with stable edges. Not with light passes")
     all_layers: BoolProperty(
         name="All View Layers", default=True,
         description="Denoise every view layer, one after the other; off: the active one")

@@ -501,13 +501,15 @@ std::vector<Row> MakeTable() {
                 .help = "Add back what the filter has removed from the light of earlier frames "
                         "too, as far as this frame's samples agree. On the CPU only."},
        .member = &Settings::restore_detail},
-      {.info = {.name = "antialias",
-                .type = kChoice,
-                .group = "antialias",
-                .help = "Temporal antialiasing of the finished picture: never, always, or for "
-                        "jittered frames. Without jitter it only blurs.",
-                .max = 2,
-                .choices = {"off", "taa", "auto"}},
+      {.info =
+           {.name = "antialias",
+            .type = kChoice,
+            .group = "antialias",
+            .help =
+                "Temporal antialiasing of the finished picture: never, always, or for "
+                "jittered frames. Without jitter edges are smooth only where the picture moves.",
+            .max = 2,
+            .choices = {"off", "taa", "auto"}},
        .member = Choice<Settings, &Settings::antialias>()},
       {.info = {.name = "taa_alpha",
                 .type = kFloat,

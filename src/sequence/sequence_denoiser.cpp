@@ -124,6 +124,10 @@ Status Impl::ReadFirstFile() {
         "edges and textures are means over few samples: frames are antialiased in time, "
         "a new one counts for {:.2f} (antialias=off: not)",
         settings.taa_alpha));
+  } else if (HasJaggedEdges(options, layout, file->image, motion.has_motion())) {
+    Note(
+        "all rays go through the centres of the pixels: edges are jagged "
+        "(--set antialias=taa: smooth where the picture moves)");
   }
   const Result<int> samples = SamplesFor(options, layout, file->image, settings);
   STILLRAY_RETURN_IF_ERROR(samples.status());

@@ -36,6 +36,10 @@ int KnownSamples(const SequenceOptions& options, const ExrImage& first) {
   return options.spp > 0 ? options.spp : StatedSamples(first);
 }
 
+/// The weight of a new frame where rays go through the centres of the pixels: past frames show each
+/// point at the place where the motion has put it, and each resampling blurs (docs/renderers.md).
+constexpr float kCentredAlpha = 0.3f;
+
 bool IsJitteredSequence(const ExrImage& first) {
   const auto jitter = first.attributes.find("jitter");
   return jitter != first.attributes.end() && jitter->second != "0 0";
@@ -43,16 +47,24 @@ bool IsJitteredSequence(const ExrImage& first) {
 
 /// Where guides are means over the pixel, rays go through random points of it: the albedo at edges
 /// and in textures is noisy, and so is the picture, however clean the light. Its mean over frames
-/// is not. Published presets stay as they are.
-void AntialiasMixedGuides(const SequenceOptions& options, const AovLayout& layout,
-                          const ExrImage& first, Settings* settings) {
+/// is not. Without that, and without jitter, rays go through the centres of the pixels: edges are
+/// smoothed as far as the picture moves. Published presets stay as they are.
+void AntialiasInTime(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+                     Settings* settings) {
   const int samples = KnownSamples(options, first);
-  if (!layout.soft_guides || samples == 0 || !settings->limit_history || options.passes) {
+  const bool mixed = layout.soft_guides && samples > 0;
+  if (!options.IsFixed("antialias")) {
+    settings->antialias =
+        mixed && settings->limit_history && !options.passes ? Antialias::kTaa : Antialias::kOff;
+  }
+  if (settings->antialias != Antialias::kTaa || !settings->limit_history ||
+      options.IsFixed("taa_alpha")) {
     return;
   }
-  settings->antialias = Antialias::kTaa;
-  if (!options.IsFixed("taa_alpha")) {
+  if (mixed) {
     settings->taa_alpha = AntialiasingWeight(settings->taa_alpha, samples);
+  } else if (!layout.soft_guides) {
+    settings->taa_alpha = std::max(settings->taa_alpha, kCentredAlpha);
   }
 }
 
@@ -82,23 +94,27 @@ float AntialiasingWeight(float alpha, int samples) {
   return n * alpha / (1 - alpha + n * alpha);
 }
 
-/// Files without motion have no usable history; temporal antialiasing needs jittered frames or
-/// mixed guides, and would blur those of other renderers.
+/// Files without motion have no usable history. Temporal antialiasing needs jittered frames or
+/// mixed guides, unless the user wants it: other renderers' light may be smooth already.
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion) {
   Settings settings = options.settings;
   RelaxHistoryTests(options, layout, &settings);
   if (!has_motion) {
     settings.temporal = false;
-  }
-  const bool jittered = IsJitteredSequence(first) && !options.passes;
-  if (!has_motion || (!jittered && !options.IsFixed("antialias"))) {
     settings.antialias = Antialias::kOff;
-  }
-  if (has_motion && !jittered && !options.IsFixed("antialias")) {
-    AntialiasMixedGuides(options, layout, first, &settings);
+  } else if (!IsJitteredSequence(first) || options.passes) {
+    AntialiasInTime(options, layout, first, &settings);
   }
   return settings;
+}
+
+bool HasJaggedEdges(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+                    bool has_motion) {
+  const bool known = layout.renderer == "blender" || layout.renderer == "stillray";
+  return known && has_motion && options.files.size() > 1 && !layout.soft_guides &&
+         !layout.from_colour && !IsJitteredSequence(first) && !options.passes &&
+         !options.IsFixed("antialias") && options.settings.antialias == Antialias::kAuto;
 }
 
 Result<int> SamplesFor(const SequenceOptions& options, const AovLayout& layout,

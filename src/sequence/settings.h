@@ -22,6 +22,11 @@ float AntialiasingWeight(float alpha, int samples);
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion);
 
+/// Whether all rays went through the centres of their pixels, and the pictures will not be
+/// antialiased. Only in files of renderers whose guides are means over the samples, like the light.
+bool HasJaggedEdges(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
+                    bool has_motion);
+
 /// The number of samples of every pixel of files without a layer of it: SequenceOptions::spp, else
 /// what the first file states; 0: unknown, which counts as 1. 1 if the user says samples=none. A
 /// number that is wrong, as where Cycles stops early at some pixels, still is better than 1: it

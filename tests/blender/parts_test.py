@@ -159,6 +159,16 @@ class CommandLines(unittest.TestCase):
         self.assertEqual(arguments, ["denoise", "./f.0003.exr", "-o", "./c/", "--renderer",
                                      "blender", "--preset", "default", "--window", "auto"])
 
+    def test_edges_are_smooth_in_time(self):
+        def settings(**values):
+            arguments = command.denoise(self.program, names_in("/r"), [1, 2], "./c/",
+                                        command.Options(smooth=True, **values))
+            return [b for a, b in zip(arguments, arguments[1:]) if a == "--set"]
+        self.assertEqual(settings(), ["antialias=taa"])
+        self.assertEqual(settings(preset="best"), ["antialias=taa"])
+        self.assertEqual(settings(preset="svgf"), [])
+        self.assertEqual(settings(passes=True), [])
+
     def test_cameras_only_for_a_program_that_takes_them(self):
         options = command.Options(cameras="./f.cameras.json")
         arguments = command.denoise(self.program, names_in("/r"), [1, 2], "./c/", options)
@@ -168,7 +178,9 @@ class CommandLines(unittest.TestCase):
         self.assertEqual(arguments[arguments.index("--cameras") + 1], "./f.cameras.json")
 
     def test_layer_options_go_to_their_view_layer(self):
-        options = command.Options(aovs=["motion=A.Vector,pixels", "depth=B.Depth", "normal=N"])
+        options = command.Options(aovs=["motion=A.Vector,pixels", "depth=B.Depth", "normal=N"],
+                                  smooth=True)
+        self.assertTrue(options.for_stage("A", ["A", "B"], "").smooth)
         self.assertEqual(options.for_stage("A", ["A", "B"], "").aovs,
                          ("motion=A.Vector,pixels", "normal=N"))
         self.assertEqual(options.for_stage("", [""], "").aovs, options.aovs)

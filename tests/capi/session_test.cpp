@@ -147,6 +147,8 @@ TEST(SessionTest, ASettingChangesTheNextFrame) {
 TEST(SessionTest, JitterTurnsAntialiasingInTimeOn) {
   const auto second = [](float jitter, const char* antialias) {
     const DenoiserHandle denoiser = MakeDenoiser();
+    // Expects differences by jitter.
+    EXPECT_EQ(stillray_denoiser_set(denoiser.get(), "limit_history", "off"), STILLRAY_OK);
     if (antialias != nullptr) {
       EXPECT_EQ(stillray_denoiser_set(denoiser.get(), "antialias", antialias), STILLRAY_OK);
     }

@@ -443,7 +443,8 @@ TEST_F(Embedding, JitterTurnsAntialiasingInTimeOn) {
   const auto second = [&](float jitter, const char* antialias) {
     VulkanOptions o = options("default");
     EXPECT_TRUE(SetParameter(&o.settings, "antialias", antialias).ok());
-    EXPECT_TRUE(SetParameter(&o.settings, "limit_history", "off").ok());  // expects jitter too
+    // Expects differences by jitter.
+    EXPECT_TRUE(SetParameter(&o.settings, "limit_history", "off").ok());
     Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);
     EXPECT_TRUE(made.ok()) << made.status().message();
     auto upload = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));

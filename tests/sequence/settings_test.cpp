@@ -108,6 +108,66 @@ TEST(SequenceSettings, OthersAreNot) {
   EXPECT_EQ(Chosen(published).antialias, Antialias::kOff);
 }
 
+/// One sample through the centre of each pixel.
+Given Centred(const std::string& renderer) {
+  Given given = Mixed("1");
+  given.layout.soft_guides = false;
+  given.layout.renderer = renderer;
+  given.options.files.resize(2);
+  return given;
+}
+
+bool IsJagged(const Given& given, bool has_motion = true) {
+  return HasJaggedEdges(given.options, given.layout, given.first, has_motion);
+}
+
+TEST(SequenceSettings, FramesThroughTheCentresAreAntialiasedIfTheUserWants) {
+  Given given = Centred("blender");
+  EXPECT_EQ(Chosen(given).antialias, Antialias::kOff);
+  given.options.settings.antialias = Antialias::kTaa;
+  given.options.fixed_parameters = {"antialias"};
+  EXPECT_EQ(Chosen(given).antialias, Antialias::kTaa);
+  EXPECT_FLOAT_EQ(Chosen(given).taa_alpha, 0.3f);
+  EXPECT_EQ(Chosen(given, /*has_motion=*/false).antialias, Antialias::kOff);
+  Given mixed = given;
+  mixed.layout.soft_guides = true;
+  mixed.first.attributes["cycles.ViewLayer.samples"] = "16";
+  EXPECT_FLOAT_EQ(Chosen(mixed).taa_alpha, AntialiasingWeight(0.12f, 16));
+  Given unknown = mixed;
+  unknown.first.attributes.clear();
+  EXPECT_FLOAT_EQ(Chosen(unknown).taa_alpha, 0.12f);
+  Given larger = given;
+  larger.options.settings.taa_alpha = 0.05f;
+  larger.options.fixed_parameters.push_back("taa_alpha");
+  EXPECT_FLOAT_EQ(Chosen(larger).taa_alpha, 0.05f);
+  Given published = given;
+  published.options.settings = PresetSettings("svgf").value();
+  published.options.settings.antialias = Antialias::kTaa;
+  EXPECT_FLOAT_EQ(Chosen(published).taa_alpha, PresetSettings("svgf").value().taa_alpha);
+}
+
+TEST(SequenceSettings, JaggedEdgesAreKnownByTheGuides) {
+  EXPECT_TRUE(IsJagged(Centred("blender")));
+  EXPECT_TRUE(IsJagged(Centred("stillray")));
+  EXPECT_FALSE(IsJagged(Centred("arnold")));
+  EXPECT_FALSE(IsJagged(Centred("blender"), /*has_motion=*/false));
+  EXPECT_FALSE(IsJagged(Mixed("16")));
+  for (const char* preset : {"temporal", "eaw"}) {
+    Given plain = Centred("blender");
+    plain.options.settings = PresetSettings(preset).value();
+    EXPECT_FALSE(IsJagged(plain)) << preset;
+  }
+  Given off = Centred("blender");
+  off.options.fixed_parameters = {"antialias"};
+  EXPECT_FALSE(IsJagged(off));
+  Given single = Centred("blender");
+  single.options.files.resize(1);
+  EXPECT_FALSE(IsJagged(single));
+  Given jittered = Centred("stillray");
+  jittered.first.attributes["jitter"] = "0.25 -0.125";
+  EXPECT_FALSE(IsJagged(jittered));
+}
+
 TEST(SequenceSettings, WhatIsSetStays) {
   Given off = Mixed("16");
   off.options.settings.antialias = Antialias::kOff;
