@@ -182,7 +182,8 @@ void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                          .limit_dead = s.limit_dead,
                          .limit_gain = s.limit_gain,
                          .has_roughness = Int(facts.has_roughness),
-                         .is_jittered = Int(facts.jittered)};
+                         .jitter_x = facts.jitter_x,
+                         .jitter_y = facts.jitter_y};
   plan->compared.edges.sigma_n = kComparedSigmaN;
   plan->compared.edges.depth_weight_plane = 1;
   plan->compared.edges.plane_tolerance = kComparedTolerance;
@@ -277,7 +278,7 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   plan.is_sparse = facts.samples_per_pixel < kWholeSample;
   plan.was_fed_back = progress.fed_back;
   plan.after = progress;
-  plan.after.jittered = progress.jittered || facts.jittered;
+  plan.after.jittered = progress.jittered || IsJittered(facts);
   plan.runs = StagesOf(s, facts, plan.after, plan.is_sparse);
   plan.has_picture = progress.has_picture && plan.runs.antialias;
   PlanSignals(s, facts, &plan);
@@ -407,7 +408,8 @@ FrameFacts FactsOf(const Frame& f) {
   facts.width = f.width;
   facts.height = f.height;
   facts.focal_pixels = f.focal_pixels;
-  facts.jittered = IsJittered(f.jitter_x, f.jitter_y);
+  facts.jitter_x = f.jitter_x;
+  facts.jitter_y = f.jitter_y;
   for (const Signal& signal : f.signals) {
     const uint32_t bit = 1u << static_cast<uint32_t>(signal.kind);
     facts.lights |= bit;

@@ -52,7 +52,7 @@ struct FrameFacts {
   bool has_confidence = false;         ///< in the light of the last frame
   bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
   float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse
-  bool jittered = false;               ///< rays did not go through the centres of the pixels
+  float jitter_x = 0, jitter_y = 0;    ///< as in Frame
   bool has_future = false;             ///< light of later frames is given
   bool is_backward = false;            ///< the sequence is played backward: no picture is made
   bool is_displayed = false;           ///< 8-bit rows are requested
@@ -218,6 +218,9 @@ bool RestoresEnergy(const Settings& settings);
 /// Whether the rays of a frame missed the pixels' centres.
 inline bool IsJittered(float jitter_x, float jitter_y) {
   return jitter_x != 0 || jitter_y != 0;
+}
+inline bool IsJittered(const FrameFacts& facts) {
+  return IsJittered(facts.jitter_x, facts.jitter_y);
 }
 
 /// Parameters of the display picture. \param frame  seed of the dither

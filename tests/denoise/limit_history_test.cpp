@@ -39,6 +39,15 @@ ReprojectionTaps FindTaps(const StageTable& stages, float shift) {
   return FindTaps(stages, test::MakeGuides(true), test::MakeGuides(false), shift);
 }
 
+LimitHistoryParameters Limits(int correct_history, float dead, float gain, float jitter_x = 0) {
+  LimitHistoryParameters p = {};
+  p.correct_history = correct_history;
+  p.limit_dead = dead;
+  p.limit_gain = gain;
+  p.jitter_x = jitter_x;
+  return p;
+}
+
 struct Limited {
   GuidePlanes coarse = GuidePlanes(CoarseSize(kWidth), CoarseSize(kHeight), kComparedBorder);
   std::vector<ComparedPlanes> compared;
@@ -98,12 +107,7 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
     light.push_back(test::MakeLight(lit, 40 + 10 * i));
   }
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
-                  test::MakeGuides(true),
-                  {.correct_history = 1,
-                   .limit_dead = 0,
-                   .limit_gain = 16,
-                   .has_roughness = 0,
-                   .is_jittered = 0});
+                  test::MakeGuides(true), Limits(1, 0, 16));
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -244,12 +248,7 @@ TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     double bias = 0;
     const Limited all = RunStage(*stages, {MakeNoise(1.4f, 1, kEdge, kNoise)},
-                                 MakeSteadyHistory(kNoise), taps, guides,
-                                 {.correct_history = 1,
-                                  .limit_dead = 4,
-                                  .limit_gain = 8,
-                                  .has_roughness = 0,
-                                  .is_jittered = 0});
+                                 MakeSteadyHistory(kNoise), taps, guides, Limits(1, 4, 8));
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         // The nearest pixels are those of the left wall: its blocks are whole.
@@ -265,13 +264,8 @@ TEST(LimitHistoryStage, LightThatChangesBySmoothFactorsIsCorrected) {
 TEST(LimitHistoryStage, NoiseAloneChangesNothing) {
   const GuidePlanes guides = MakeWalls(0);
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
-  const Limited all =
-      RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps, guides,
-               {.correct_history = 1,
-                .limit_dead = 4,
-                .limit_gain = 8,
-                .has_roughness = 0,
-                .is_jittered = 0});
+  const Limited all = RunStage(kCpuStages, {MakeNoise(1, 1, 0, 1)}, MakeSteadyHistory(1), taps,
+                               guides, Limits(1, 4, 8));
   double sum = 0;
   double bias = 0;
   for (int y = 0; y < kHeight; ++y) {
@@ -292,12 +286,8 @@ TEST(LimitHistoryStage, ABrightSampleOnAThinPartLeavesMoreHistory) {
     const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
     NewLight light = MakeNoise(1, 1, 0, 0.2f);
     light.colour[0](kPole, kHeight / 2) = 100;
-    const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                                 {.correct_history = 0,
-                                  .limit_dead = 4,
-                                  .limit_gain = 8,
-                                  .has_roughness = 0,
-                                  .is_jittered = 0});
+    const Limited all =
+        RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides, Limits(0, 4, 8));
     for (int y = 0; y < kHeight; ++y) {
       // By the moments of the history alone it would be half of this.
       EXPECT_GT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 0.5) << y;
@@ -316,13 +306,8 @@ TEST(LimitHistoryStage, ABrightSampleInAVirtualImageLeavesItsHistory) {
     const auto length = [&](float roughness) {
       Image1 plane(kWidth, kHeight);
       plane.Fill(roughness);
-      const Limited all = RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                                   {.correct_history = 0,
-                                    .limit_dead = 4,
-                                    .limit_gain = 8,
-                                    .has_roughness = 0,
-                                    .is_jittered = 0},
-                                   plane);
+      const Limited all =
+          RunStage(*stages, {light}, MakeSteadyHistory(0.2f), taps, guides, Limits(0, 4, 8), plane);
       return LimitedLength(20, 0.05f, all.bias[0](kPole, kHeight / 2), 8);
     };
     EXPECT_LT(length(1), 2);
@@ -341,12 +326,8 @@ TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
       light.colour[0](x, y) *= 3;
     }
   }
-  const Limited all = RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides,
-                               {.correct_history = 0,
-                                .limit_dead = 4,
-                                .limit_gain = 8,
-                                .has_roughness = 0,
-                                .is_jittered = 0});
+  const Limited all =
+      RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides, Limits(0, 4, 8));
   for (int y = 0; y < kHeight; ++y) {
     ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 1) << y;
   }
@@ -355,13 +336,8 @@ TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
 TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
   const GuidePlanes guides = MakeWalls(0);
   const ReprojectionTaps taps = FindTaps(kCpuStages, guides, guides, 0);
-  const Limited all =
-      RunStage(kCpuStages, {MakeNoise(1.5f, 1.5f, 0, 0.2f)}, MakeSteadyHistory(0.2f), taps, guides,
-               {.correct_history = 0,
-                .limit_dead = 4,
-                .limit_gain = 8,
-                .has_roughness = 0,
-                .is_jittered = 0});
+  const Limited all = RunStage(kCpuStages, {MakeNoise(1.5f, 1.5f, 0, 0.2f)},
+                               MakeSteadyHistory(0.2f), taps, guides, Limits(0, 4, 8));
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
       ASSERT_EQ(all.ratio[0](x, y), 1) << x << " " << y;
@@ -385,20 +361,26 @@ ComparedPlanes MakeSlope(float dx, float dy) {
   return planes;
 }
 
-float NoiseAt(ComparedPlanes planes, int x, int y, bool jittered) {
-  LimitHistoryParameters p = {};
-  p.is_jittered = jittered ? 1 : 0;
+/// What correct_history makes of the difference and its noise.
+ComparedPlanes Jittered(ComparedPlanes planes, float jitter_x, float jitter_y) {
+  LimitHistoryParameters p = Limits(0, 0, 0, jitter_x);
+  p.jitter_y = jitter_y;
   CorrectHistory(planes.light, p, &planes);
-  return planes.light.variance(x, y);
+  return planes;
 }
 
-TEST(LimitHistoryStage, JitterAddsTheNoiseOfSlopes) {
+TEST(LimitHistoryStage, JitterMovesTheExpectedDifference) {
   const ComparedPlanes slope = MakeSlope(0.03f, -0.01f);
-  // Slopes per pixel, a uniform offset, means over 9x9 blocks.
-  const double added = (0.015 * 0.015 + 0.005 * 0.005) / 12 * 81;
-  EXPECT_NEAR(NoiseAt(slope, 5, 5, true), 1e-4 + added, 1e-7);
-  EXPECT_EQ(NoiseAt(slope, 5, 5, false), 1e-4f);
-  EXPECT_EQ(NoiseAt(MakeSlope(0, 0), 5, 5, true), 1e-4f);
+  const auto expect = [](const ComparedPlanes& planes, int x, int y, double shift, double noise) {
+    const ComparedPlanes got = Jittered(planes, 0.25f, -0.5f);
+    EXPECT_NEAR(got.light.colour[0](x, y),
+                planes.compressed.colour[0](x, y) - planes.compressed.colour[1](x, y) - shift, 1e-6)
+        << x << " " << y;
+    EXPECT_NEAR(got.light.variance(x, y), 1e-4 + noise, 1e-7) << x << " " << y;
+  };
+  // Slopes per pixel: 0.015 and -0.005.
+  expect(slope, 5, 5, 0.25 * 0.015 + 0.5 * 0.005, 0.015 * 0.015 + 0.005 * 0.005);
+  expect(MakeSlope(0, 0), 5, 5, 0, 0);
   // Half of an edge is no slope, nor is what lies outside or has no history.
   ComparedPlanes edge = MakeSlope(0, 0);
   ComparedPlanes hole = slope;
@@ -409,12 +391,12 @@ TEST(LimitHistoryStage, JitterAddsTheNoiseOfSlopes) {
       hole.compressed.colour[1](x, y) = kNan;
     }
   }
-  EXPECT_EQ(NoiseAt(edge, 5, 5, true), 1e-4f);
-  EXPECT_EQ(NoiseAt(edge, 6, 5, true), 1e-4f);
-  const double vertical = 0.005 * 0.005 / 12 * 81;
-  EXPECT_NEAR(NoiseAt(hole, 5, 5, true), 1e-4 + vertical, 1e-7);
-  EXPECT_NEAR(NoiseAt(slope, 0, 5, true), 1e-4 + vertical, 1e-7);
-  EXPECT_EQ(NoiseAt(hole, 8, 5, true), 1e-4f);
+  expect(edge, 5, 5, 0, 0);
+  expect(edge, 6, 5, 0, 0);
+  expect(hole, 5, 5, 0.5 * 0.005, 0.005 * 0.005);
+  expect(slope, 0, 5, 0.5 * 0.005, 0.005 * 0.005);
+  EXPECT_EQ(Jittered(slope, 0, 0).light.variance(5, 5), 1e-4f);
+  EXPECT_EQ(Jittered(hole, 0.25f, 0).light.variance(8, 5), 1e-4f);
 }
 
 /// Light that rises along x, as rays beside the centres of the pixels by `offset` see it.
@@ -440,19 +422,17 @@ TEST(LimitHistoryStage, WhatJitterMovesIsNoChangeOfTheLight) {
       history.compressed(x, y) = l / (1 + l);
     }
   }
-  const auto length = [&](float offset, float factor, int jittered) {
+  const auto length = [&](float offset, float factor, float jitter) {
     const Limited all = RunStage(kCpuStages, {MakeRising(offset, factor)}, history, taps, guides,
-                                 {.correct_history = 0,
-                                  .limit_dead = 4,
-                                  .limit_gain = 8,
-                                  .has_roughness = 0,
-                                  .is_jittered = jittered});
+                                 Limits(0, 4, 8, jitter));
     return LimitedLength(20, 0.05f, all.bias[0](40, kHeight / 2), 8);
   };
   EXPECT_LT(length(0.5f, 1, 0), 10);
-  EXPECT_EQ(length(0.5f, 1, 1), 20);
+  EXPECT_EQ(length(0.5f, 1, 0.5f), 20);
+  EXPECT_EQ(length(-0.5f, 1, -0.5f), 20);
   EXPECT_EQ(length(0, 1, 0), 20);
-  EXPECT_LT(length(0.5f, 1.25f, 1), 5);
+  EXPECT_LT(length(0.5f, 1, -0.5f), 10);
+  EXPECT_LT(length(0.5f, 1.25f, 0.5f), 5);
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ FrameFacts UsualFacts() {
   facts.lights = 0xf;
   facts.albedos = 3;
   facts.has_id = facts.has_emission = facts.has_background = facts.has_roughness = true;
-  facts.jittered = true;
+  facts.jitter_x = 0.25f;
   return facts;
 }
 
@@ -139,10 +139,10 @@ TEST(Plan, ParametersAreThoseOfTheSettingsResolved) {
   EXPECT_EQ(plan.reproject.history_depth, 0.05f);
   EXPECT_EQ(plan.limit_history.limit_dead, 4.0f);
   EXPECT_EQ(plan.limit_history.limit_gain, 12.0f);
-  EXPECT_EQ(plan.limit_history.is_jittered, 1);
+  EXPECT_EQ(plan.limit_history.jitter_x, 0.25f);
   FrameFacts centred = UsualFacts();
-  centred.jittered = false;
-  EXPECT_EQ(MakePlan(s, centred, kLater).limit_history.is_jittered, 0);
+  centred.jitter_x = 0;
+  EXPECT_EQ(MakePlan(s, centred, kLater).limit_history.jitter_x, 0);
   // A history of six samples is not short, whatever its sum was rounded to.
   EXPECT_NEAR(plan.estimate_variance.short_history_length, 6 - 1e-3f, 1e-6f);
   EXPECT_EQ(plan.estimate_variance.least_evidence, 0.0f);
@@ -262,18 +262,18 @@ TEST(Plan, TheFutureIsNotFedBack) {
 TEST(Plan, HowASequenceGoesOn) {
   const Settings s;
   FrameFacts facts = UsualFacts();
-  facts.jittered = false;
+  facts.jitter_x = 0;
   FramePlan plan = MakePlan(s, facts, SequenceProgress());
   EXPECT_FALSE(plan.runs.reproject);
   EXPECT_FALSE(plan.runs.antialias);  // auto: nothing was jittered so far
   EXPECT_TRUE(plan.after.has_history);
   EXPECT_FALSE(plan.after.has_picture);
-  facts.jittered = true;
+  facts.jitter_x = 0.25f;
   plan = MakePlan(s, facts, plan.after);
   EXPECT_TRUE(plan.runs.reproject);
   EXPECT_TRUE(plan.runs.antialias);
   EXPECT_FALSE(plan.has_picture);  // the first one
-  facts.jittered = false;
+  facts.jitter_x = 0;
   plan = MakePlan(s, facts, plan.after);
   EXPECT_TRUE(plan.has_picture);
   facts.is_backward = true;

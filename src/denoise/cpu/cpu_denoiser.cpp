@@ -71,7 +71,7 @@ SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame, const FrameFacts& 
 /// Checks the frame, makes its plan and allocates its memory. The history is unchanged on failure.
 Result<CpuDenoiser::Begun> CpuDenoiser::Begin(const Frame& frame, FrameFacts facts) {
   const SequenceProgress progress = ProgressFor(frame, facts);
-  const MotionUse use = UseOfMotion(settings_, facts.jittered, progress);
+  const MotionUse use = UseOfMotion(settings_, IsJittered(facts), progress);
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, settings_, use));
   Begun begun;
   begun.odd = FindOddValues(frame, use);

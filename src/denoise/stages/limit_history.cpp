@@ -281,17 +281,25 @@ void RescaleHistory(float scale, SignalHistory* history) {
 
 namespace {
 
-/// JitterNoise of a block. Blocks without history, and those outside, have no slope.
-float JitterNoiseAt(const ComparedPlanes& planes, int x, int y) {
+struct Jittered {
+  float shift;  ///< JitterShift
+  float noise;  ///< JitterNoise
+};
+
+/// Of a block. Blocks without history, and those outside, have no slope.
+Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& p, int x, int y) {
+  if ((p.jitter_x == 0 && p.jitter_y == 0) || !(planes.valid(x, y) > 0)) {
+    return {0, 0};
+  }
   const Image1& history = planes.compressed.colour[1];
   const float here = history(x, y);
   const auto at = [&](int nx, int ny) {
     const bool inside = nx >= 0 && ny >= 0 && nx < history.width() && ny < history.height();
     return inside && planes.valid(nx, ny) > 0 ? history(nx, ny) : here;
   };
-  return planes.valid(x, y) > 0 ? JitterNoise(BlockSlope(at(x - 1, y), here, at(x + 1, y)),
-                                              BlockSlope(at(x, y - 1), here, at(x, y + 1)))
-                                : 0.0f;
+  const float dx = BlockSlope(at(x - 1, y), here, at(x + 1, y));
+  const float dy = BlockSlope(at(x, y - 1), here, at(x, y + 1));
+  return {JitterShift(dx, dy, p.jitter_x, p.jitter_y), JitterNoise(dx, dy)};
 }
 
 }  // namespace
@@ -307,12 +315,13 @@ void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& 
                                 ? HistoryRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
                                                averaged.variance(x, y))
                                 : 1.0f;
+        const Jittered jittered = JitteredAt(*planes, p, x, y);
         planes->ratio(x, y) = ratio;
-        planes->light.colour[0](x, y) =
-            compressed.colour[0](x, y) - ScaledCompressed(compressed.colour[1](x, y), ratio);
+        planes->light.colour[0](x, y) = compressed.colour[0](x, y) -
+                                        ScaledCompressed(compressed.colour[1](x, y), ratio) -
+                                        jittered.shift;
         planes->light.colour[1](x, y) = compressed.colour[2](x, y);
-        planes->light.variance(x, y) =
-            compressed.variance(x, y) + (p.is_jittered != 0 ? JitterNoiseAt(*planes, x, y) : 0.0f);
+        planes->light.variance(x, y) = compressed.variance(x, y) + jittered.noise;
       }
     }
   });

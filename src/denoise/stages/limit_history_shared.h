@@ -19,7 +19,8 @@ SHARED_BLOCK(LimitHistoryParameters) {
   float limit_dead;
   float limit_gain;
   int has_roughness;  // a device's image of it
-  int is_jittered;    // the frame's rays miss the centres of the pixels
+  float jitter_x;     // where this frame's rays go, from the centres of the pixels
+  float jitter_y;
 };
 
 // Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
@@ -119,13 +120,18 @@ SHARED_FN float BlockSlope(float before, float here, float after) {
   return a * b > 0.0f ? (abs(a) < abs(b) ? a : b) : 0.0f;
 }
 
-// Expected squared difference between a frame whose rays all miss the centres of the pixels by one
-// offset and a history of many offsets: a slope g per pixel times the offset's variance, 1/12 along
-// each axis. The offset is the same for all blocks, but the levels treat noise as independent, and
-// divide it by the 9x9 blocks over which they average.
+// What jitter changes: rays that miss the centres of the pixels by one offset meet other light than
+// the history, which is a mean over many offsets. The offset is the same for all blocks around, so
+// that no average removes the difference.
 // \param dx, dy  BlockSlope: two pixels' change
+SHARED_FN float JitterShift(float dx, float dy, float jitter_x, float jitter_y) {
+  return 0.5f * (dx * jitter_x + dy * jitter_y);
+}
+
+// Variance of what JitterShift leaves: where light bends, and by the offsets in the history. The
+// levels treat it as independent noise.
 SHARED_FN float JitterNoise(float dx, float dy) {
-  return 81.0f / 12.0f * 0.25f * (dx * dx + dy * dy);
+  return 0.25f * (dx * dx + dy * dy);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.

@@ -21,11 +21,12 @@ float HistoryAt(ivec2 block, int s, float here) {
   return IsValid(c.w) ? c.y : here;
 }
 
-float JitterNoiseAt(ivec2 block, int s, float here) {
-  return JitterNoise(BlockSlope(HistoryAt(block - ivec2(1, 0), s, here), here,
-                                HistoryAt(block + ivec2(1, 0), s, here)),
-                     BlockSlope(HistoryAt(block - ivec2(0, 1), s, here), here,
-                                HistoryAt(block + ivec2(0, 1), s, here)));
+// BlockSlope along both axes.
+vec2 SlopeAt(ivec2 block, int s, float here) {
+  return vec2(BlockSlope(HistoryAt(block - ivec2(1, 0), s, here), here,
+                         HistoryAt(block + ivec2(1, 0), s, here)),
+              BlockSlope(HistoryAt(block - ivec2(0, 1), s, here), here,
+                         HistoryAt(block + ivec2(0, 1), s, here)));
 }
 
 void main() {
@@ -33,6 +34,7 @@ void main() {
   if (any(greaterThanEqual(block, CoarseSize()))) {
     return;
   }
+  vec2 jitter = vec2(limit_history.jitter_x, limit_history.jitter_y);
   for (int s = 0; s < SignalCount(); ++s) {
     ivec3 at = ivec3(block, s);
     vec4 light = texelFetch(averaged, at, 0);
@@ -42,8 +44,10 @@ void main() {
                       : 1.0f;
     float difference = ratio != 1.0f ? c.x + (c.y - ScaledCompressed(c.y, ratio)) : c.x;
     float deviation = c.w;
-    if (limit_history.is_jittered != 0 && IsValid(c.w)) {
-      deviation = PackDeviation(VarianceOf(c.w) + JitterNoiseAt(block, s, c.y), true);
+    if (any(notEqual(jitter, vec2(0.0f))) && IsValid(c.w)) {
+      vec2 slope = SlopeAt(block, s, c.y);
+      difference -= JitterShift(slope.x, slope.y, jitter.x, jitter.y);
+      deviation = PackDeviation(VarianceOf(c.w) + JitterNoise(slope.x, slope.y), true);
     }
     imageStore(ratio_out, at, vec4(ratio));
     imageStore(compared_out, at, Stored(vec4(difference, 0.0f, c.z, deviation)));

@@ -27,7 +27,8 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels) {
   facts.width = frame.width;
   facts.height = frame.height;
   facts.focal_pixels = frame.focal_pixels;
-  facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
+  facts.jitter_x = frame.jitter_x;
+  facts.jitter_y = frame.jitter_y;
   facts.lights = lights;
   facts.second_moments = pixels.shape().second_moments ? lights : 0;
   facts.albedos = 1u << 0 | 1u << 1 | (pixels.shape().transmission ? 1u << 2 : 0u);

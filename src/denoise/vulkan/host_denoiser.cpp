@@ -104,7 +104,7 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   FrameFacts facts = FactsOf(f);
   facts.has_roughness =
       facts.has_roughness && (settings_.mirror_roughness > 0 || settings_.limit_history);
-  const MotionUse use = UseOfMotion(settings_, facts.jittered, ProgressFor(f));
+  const MotionUse use = UseOfMotion(settings_, IsJittered(facts), ProgressFor(f));
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
   facts.has_incomplete_guides = settings_.fill_guides && HasIncompleteGuides(f);

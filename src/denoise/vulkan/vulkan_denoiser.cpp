@@ -38,7 +38,8 @@ FrameFacts FactsOf(const VulkanFrame& frame, const vulkan::Shape& shape) {
   facts.width = shape.width;
   facts.height = shape.height;
   facts.focal_pixels = frame.focal_pixels;
-  facts.jittered = IsJittered(frame.jitter_x, frame.jitter_y);
+  facts.jitter_x = frame.jitter_x;
+  facts.jitter_y = frame.jitter_y;
   for (uint32_t k = 0; k < kSignalKindCount; ++k) {
     facts.lights |= IsGiven(frame.lights[k]) ? 1u << k : 0u;
     facts.second_moments |= IsGiven(frame.second_moments[k]) ? 1u << k : 0u;
@@ -430,7 +431,7 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
   FrameFacts facts = FactsOf(frame, impl_->pipeline->shape());
-  const bool jittered = facts.jittered || impl_->pipeline->progress().jittered;
+  const bool jittered = IsJittered(facts) || impl_->pipeline->progress().jittered;
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
