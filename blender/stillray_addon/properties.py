@@ -19,7 +19,7 @@ class StillraySettings(bpy.types.PropertyGroup):
         description="Samples per pixel that Prepare sets: 1 to 4 for drafts, 8 or 16 at the end")
     edges: EnumProperty(
         name="Edges", default="AUTO",
-        items=[("AUTO", "Automatic Edges", "Smooth with 4 samples or more, stable with fewer"),
+        items=[("AUTO", "Automatic Edges", "Smooth with 2 samples or more"),
                ("STABLE", "Stable Edges", "All samples at the centre of their pixel: textures and "
                 "guides are the same in every frame, edges are not antialiased"),
                ("SMOOTH", "Smooth Edges", "Blender's own pixel filter: edges are antialiased")])
