@@ -42,6 +42,7 @@ struct StageTable {
   decltype(&reference::FindTaps) find_taps;
   decltype(&reference::FetchHistory) fetch_history;
   decltype(&reference::CompareWithHistory) compare_with_history;
+  decltype(&reference::CorrectHistory) correct_history;
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
   decltype(&reference::MergeFuture) merge_future;
@@ -75,9 +76,10 @@ struct StageTable {
     .clamp_fireflies = &backend::ClampFireflies, .compress_light = &backend::CompressLight,        \
     .expand_light = &backend::ExpandLight, .find_taps = &backend::FindTaps,                        \
     .fetch_history = &backend::FetchHistory, .compare_with_history = &backend::CompareWithHistory, \
-    .limit_history = &backend::LimitHistory, .accumulate = &backend::Accumulate,                   \
-    .merge_future = &backend::MergeFuture, .estimate_variance = &backend::EstimateVariance,        \
-    .mix_pilot = &backend::MixPilot, .smooth_variance = &backend::SmoothVariance,                  \
+    .correct_history = &backend::CorrectHistory, .limit_history = &backend::LimitHistory,          \
+    .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
+    .estimate_variance = &backend::EstimateVariance, .mix_pilot = &backend::MixPilot,              \
+    .smooth_variance = &backend::SmoothVariance,                                                   \
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
     .clip_outliers = &backend::ClipOutliers, .measure_energy = &backend::MeasureEnergy,            \
     .restore_energy = &backend::RestoreEnergy, .measure_mirrors = &backend::MeasureMirrors,        \

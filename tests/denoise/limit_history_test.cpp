@@ -91,7 +91,7 @@ Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
   stages.compare_with_history(signals, taps, guides, roughness, &all.coarse);
   RunLevels(stages, kCorrectHistoryLevels, &all);
   for (ComparedPlanes& compared : all.compared) {
-    CorrectHistory(compared.work, p, &compared);
+    stages.correct_history(compared.work, p, &compared);
   }
   RunLevels(stages, kLimitHistoryLevels, &all);
   for (ComparedPlanes& compared : all.compared) {
@@ -107,7 +107,7 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
     light.push_back(test::MakeLight(lit, 40 + 10 * i));
   }
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
-                  test::MakeGuides(true), Limits(1, 0, 16));
+                  test::MakeGuides(true), Limits(1, 0, 16, 0.25f));
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -362,17 +362,18 @@ ComparedPlanes MakeSlope(float dx, float dy) {
 }
 
 /// What correct_history makes of the difference and its noise.
-ComparedPlanes Jittered(ComparedPlanes planes, float jitter_x, float jitter_y) {
+ComparedPlanes Jittered(const StageTable& stages, ComparedPlanes planes, float jitter_x,
+                        float jitter_y) {
   LimitHistoryParameters p = Limits(0, 0, 0, jitter_x);
   p.jitter_y = jitter_y;
-  CorrectHistory(planes.light, p, &planes);
+  stages.correct_history(planes.light, p, &planes);
   return planes;
 }
 
-TEST(LimitHistoryStage, JitterMovesTheExpectedDifference) {
+void ExpectJitterToMoveTheDifference(const StageTable& stages) {
   const ComparedPlanes slope = MakeSlope(0.03f, -0.01f);
-  const auto expect = [](const ComparedPlanes& planes, int x, int y, double shift, double noise) {
-    const ComparedPlanes got = Jittered(planes, 0.25f, -0.5f);
+  const auto expect = [&](const ComparedPlanes& planes, int x, int y, double shift, double noise) {
+    const ComparedPlanes got = Jittered(stages, planes, 0.25f, -0.5f);
     EXPECT_NEAR(got.light.colour[0](x, y),
                 planes.compressed.colour[0](x, y) - planes.compressed.colour[1](x, y) - shift, 1e-6)
         << x << " " << y;
@@ -395,8 +396,18 @@ TEST(LimitHistoryStage, JitterMovesTheExpectedDifference) {
   expect(edge, 6, 5, 0, 0);
   expect(hole, 5, 5, 0.5 * 0.005, 0.005 * 0.005);
   expect(slope, 0, 5, 0.5 * 0.005, 0.005 * 0.005);
-  EXPECT_EQ(Jittered(slope, 0, 0).light.variance(5, 5), 1e-4f);
-  EXPECT_EQ(Jittered(hole, 0.25f, 0).light.variance(8, 5), 1e-4f);
+  EXPECT_EQ(Jittered(stages, slope, 0, 0).light.variance(5, 5), 1e-4f);
+  EXPECT_EQ(Jittered(stages, hole, 0.25f, 0).light.variance(8, 5), 1e-4f);
+}
+
+TEST(LimitHistoryStage, JitterMovesTheExpectedDifference) {
+  ExpectJitterToMoveTheDifference(kReferenceStages);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    hwy::SetSupportedTargetsForTest(target);
+    SCOPED_TRACE(hwy::TargetName(target));
+    ExpectJitterToMoveTheDifference(kCpuStages);
+  }
+  hwy::SetSupportedTargetsForTest(0);
 }
 
 /// Light that rises along x, as rays beside the centres of the pixels by `offset` see it.

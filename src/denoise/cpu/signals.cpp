@@ -178,7 +178,7 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
     RunComparedLevels(p, kCorrectHistoryLevels, kAllSignals, work);
   }
   for (ComparedPlanes& compared : work->compared) {
-    CorrectHistory(compared.work, p.plan.limit_history, &compared);
+    p.stages.correct_history(compared.work, p.plan.limit_history, &compared);
   }
   RunComparedLevels(p, kLimitHistoryLevels, kAllSignals, work);
   std::array<LimitedSignal, kMostGroups> limited;

@@ -227,6 +227,98 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
   }
 }
 
+/// HistoryRatio.
+HWY_INLINE VF RatioOf(VF present, VF before, VF noise) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF least = hn::Set(d, 1e-20f);
+  const VF change = hn::Sub(present, before);
+  const VF unexplained = hn::Div(hn::Mul(hn::Set(d, kRatioNoise), noise),
+                                 hn::Max(hn::Mul(change, change), hn::Set(d, 1e-30f)));
+  const VF significance = hn::Max(hn::Sub(one, unexplained), hn::Zero(d));
+  const VF ratio = hn::Add(one, hn::Div(hn::Mul(significance, change), hn::Max(before, least)));
+  const VF bounded = hn::Min(hn::Max(ratio, hn::Set(d, 1.0f / kMostRatio)), hn::Set(d, kMostRatio));
+  return hn::IfThenElse(hn::Gt(before, least), bounded, one);
+}
+
+/// ScaledCompressed.
+HWY_INLINE VF Scaled(VF c, VF ratio) {
+  const DF d;
+  const VF scaled = hn::Mul(c, ratio);
+  const VF sum = hn::Sub(hn::Add(scaled, hn::Set(d, 1.0f)), c);
+  return hn::Div(scaled, hn::Max(sum, hn::Set(d, 1e-30f)));
+}
+
+/// BlockSlope.
+HWY_INLINE VF SlopeOf(VF before, VF here, VF after) {
+  const DF d;
+  const VF a = hn::Sub(here, before);
+  const VF b = hn::Sub(after, here);
+  const VF smaller = hn::IfThenElse(hn::Lt(hn::Abs(a), hn::Abs(b)), a, b);
+  return hn::IfThenElseZero(hn::Gt(hn::Mul(a, b), hn::Zero(d)), smaller);
+}
+
+struct Slopes {
+  VF x, y;
+};
+
+/// Of the compressed history at the blocks x, x + 1, ... Blocks without history, and those outside,
+/// have none.
+HWY_INLINE Slopes SlopesAt(const ComparedPlanes& planes, int x, int y) {
+  const DF d;
+  const Image1& history = planes.compressed.colour[1];
+  const VF here = hn::LoadU(d, history.Row(y) + x);
+  const auto at = [&](int nx, int ny) HWY_ATTR __attribute__((always_inline)) {
+    const MF valid = hn::Gt(hn::LoadU(d, planes.valid.Row(ny) + nx), hn::Zero(d));
+    return hn::IfThenElse(valid, hn::LoadU(d, history.Row(ny) + nx), here);
+  };
+  return {SlopeOf(at(x - 1, y), here, at(x + 1, y)), SlopeOf(at(x, y - 1), here, at(x, y + 1))};
+}
+
+void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParameters& p, int begin,
+                        int end, ComparedPlanes* planes) {
+  const DF d;
+  const TinyIsZero tiny_is_zero;
+  const VF one = hn::Set(d, 1.0f);
+  const FilterPlanes& compressed = planes->compressed;
+  const bool corrects = p.correct_history != 0;
+  const bool jittered = p.jitter_x != 0 || p.jitter_y != 0;
+  const int width = planes->ratio.width();
+  for (int y = begin; y < end; ++y) {
+    const auto load = [&](const Image1& plane, int x)
+                          HWY_ATTR { return hn::LoadU(d, plane.Row(y) + x); };
+    const auto store = [&](VF value, Image1* plane, int x)
+                           HWY_ATTR { StoreInRow(d, value, plane->Row(y), x, width); };
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF valid = hn::Gt(load(planes->valid, x), hn::Zero(d));
+      VF ratio = one;
+      if (corrects) {
+        ratio = hn::IfThenElse(valid,
+                               RatioOf(load(averaged.colour[0], x), load(averaged.colour[1], x),
+                                       load(averaged.variance, x)),
+                               one);
+      }
+      VF difference =
+          hn::Sub(load(compressed.colour[0], x), Scaled(load(compressed.colour[1], x), ratio));
+      VF noise = load(compressed.variance, x);
+      if (jittered) {
+        const Slopes g = SlopesAt(*planes, x, y);
+        const VF shift = hn::Mul(
+            hn::Set(d, 0.5f),  // JitterShift
+            hn::Add(hn::Mul(g.x, hn::Set(d, p.jitter_x)), hn::Mul(g.y, hn::Set(d, p.jitter_y))));
+        const VF left =  // JitterNoise
+            hn::Mul(hn::Set(d, 0.25f), hn::Add(hn::Mul(g.x, g.x), hn::Mul(g.y, g.y)));
+        difference = hn::Sub(difference, hn::IfThenElseZero(valid, shift));
+        noise = hn::Add(noise, hn::IfThenElseZero(valid, left));
+      }
+      store(ratio, &planes->ratio, x);
+      store(difference, &planes->light.colour[0], x);
+      store(load(compressed.colour[2], x), &planes->light.colour[1], x);
+      store(noise, &planes->light.variance, x);
+    }
+  }
+}
+
 /// Rows in the scratch memory: the four weights of each pixel of a row, even and odd ones apart,
 /// and the results.
 enum LimitRow { kBlockWeights, kRatioRow = 8, kBiasRow, kLimitRows };
@@ -279,54 +371,6 @@ void RescaleHistory(float scale, SignalHistory* history) {
   history->compressed_scale = scale;
 }
 
-namespace {
-
-struct Jittered {
-  float shift;  ///< JitterShift
-  float noise;  ///< JitterNoise
-};
-
-/// Of a block. Blocks without history, and those outside, have no slope.
-Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& p, int x, int y) {
-  if ((p.jitter_x == 0 && p.jitter_y == 0) || !(planes.valid(x, y) > 0)) {
-    return {0, 0};
-  }
-  const Image1& history = planes.compressed.colour[1];
-  const float here = history(x, y);
-  const auto at = [&](int nx, int ny) {
-    const bool inside = nx >= 0 && ny >= 0 && nx < history.width() && ny < history.height();
-    return inside && planes.valid(nx, ny) > 0 ? history(nx, ny) : here;
-  };
-  const float dx = BlockSlope(at(x - 1, y), here, at(x + 1, y));
-  const float dy = BlockSlope(at(x, y - 1), here, at(x, y + 1));
-  return {JitterShift(dx, dy, p.jitter_x, p.jitter_y), JitterNoise(dx, dy)};
-}
-
-}  // namespace
-
-void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
-                    ComparedPlanes* planes) {
-  const FilterPlanes& compressed = planes->compressed;
-  const bool corrects = p.correct_history != 0;
-  ParallelRows(planes->ratio.height(), 16, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < planes->ratio.width(); ++x) {
-        const float ratio = corrects && planes->valid(x, y) > 0
-                                ? HistoryRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
-                                               averaged.variance(x, y))
-                                : 1.0f;
-        const Jittered jittered = JitteredAt(*planes, p, x, y);
-        planes->ratio(x, y) = ratio;
-        planes->light.colour[0](x, y) = compressed.colour[0](x, y) -
-                                        ScaledCompressed(compressed.colour[1](x, y), ratio) -
-                                        jittered.shift;
-        planes->light.colour[1](x, y) = compressed.colour[2](x, y);
-        planes->light.variance(x, y) = compressed.variance(x, y) + jittered.noise;
-      }
-    }
-  });
-}
-
 void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& p,
                  ComparedPlanes* planes) {
   ParallelRows(planes->bias.height(), 16, [&](int y0, int y1) {
@@ -343,12 +387,20 @@ void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& p,
 namespace cpu {
 
 HWY_EXPORT(CompareRows);
+HWY_EXPORT(CorrectHistoryRows);
 HWY_EXPORT(LimitHistoryRows);
 
 void CompareWithHistory(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
                         const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse) {
   ParallelRows(CoarseSize(guides.id.height()), 16, [&](int begin, int end) {
     HWY_DYNAMIC_DISPATCH(CompareRows)(signals, taps, guides, roughness, begin, end, coarse);
+  });
+}
+
+void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
+                    ComparedPlanes* planes) {
+  ParallelRows(planes->ratio.height(), 16, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(CorrectHistoryRows)(averaged, p, begin, end, planes);
   });
 }
 

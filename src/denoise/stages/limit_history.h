@@ -96,8 +96,14 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
 /// Between the levels: the ratio from the `averaged` light (1 if the parameters turn it off), and
 /// in `light` the input of limit_history's levels: compressed present minus corrected history
 /// (luminance), variance of single samples (red) and noise of the difference.
+namespace reference {
 void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& parameters,
                     ComparedPlanes* planes);
+}
+namespace cpu {
+void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& parameters,
+                    ComparedPlanes* planes);
+}
 
 /// After the levels of limit_history, whose result is `blurred`: the bias.
 void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& parameters,

@@ -88,6 +88,52 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
 
 namespace {
 
+struct Jittered {
+  float shift;  ///< JitterShift
+  float noise;  ///< JitterNoise
+};
+
+/// Of a block. Blocks without history, and those outside, have no slope.
+Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& p, int x, int y) {
+  if ((p.jitter_x == 0 && p.jitter_y == 0) || !(planes.valid(x, y) > 0)) {
+    return {0, 0};
+  }
+  const Image1& history = planes.compressed.colour[1];
+  const float here = history(x, y);
+  const auto at = [&](int nx, int ny) {
+    const bool inside = nx >= 0 && ny >= 0 && nx < history.width() && ny < history.height();
+    return inside && planes.valid(nx, ny) > 0 ? history(nx, ny) : here;
+  };
+  const float dx = BlockSlope(at(x - 1, y), here, at(x + 1, y));
+  const float dy = BlockSlope(at(x, y - 1), here, at(x, y + 1));
+  return {JitterShift(dx, dy, p.jitter_x, p.jitter_y), JitterNoise(dx, dy)};
+}
+
+}  // namespace
+
+void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
+                    ComparedPlanes* planes) {
+  const FilterPlanes& compressed = planes->compressed;
+  const bool corrects = p.correct_history != 0;
+  for (int y = 0; y < planes->ratio.height(); ++y) {
+    for (int x = 0; x < planes->ratio.width(); ++x) {
+      const float ratio = corrects && planes->valid(x, y) > 0
+                              ? HistoryRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
+                                             averaged.variance(x, y))
+                              : 1.0f;
+      const Jittered jittered = JitteredAt(*planes, p, x, y);
+      planes->ratio(x, y) = ratio;
+      planes->light.colour[0](x, y) = compressed.colour[0](x, y) -
+                                      ScaledCompressed(compressed.colour[1](x, y), ratio) -
+                                      jittered.shift;
+      planes->light.colour[1](x, y) = compressed.colour[2](x, y);
+      planes->light.variance(x, y) = compressed.variance(x, y) + jittered.noise;
+    }
+  }
+}
+
+namespace {
+
 void LimitPixel(const LimitedSignal& signal, const GuidePlanes& coarse, const GuidePlanes& guides,
                 int x, int y) {
   const ComparedPlanes& compared = *signal.compared;
