@@ -98,6 +98,19 @@ void Impl::NoteDerivedMotion(const FrameReport& report) {
                                        : "estimated from the guides"));
 }
 
+void Impl::NoteAntialiasing(const ExrImage& first) const {
+  if (settings.antialias == Antialias::kTaa && !options.IsFixed("antialias")) {
+    Note(fmt::format(
+        "edges and textures are means over few samples: frames are antialiased in time, "
+        "a new one counts for {:.2f} (antialias=off: not)",
+        settings.taa_alpha));
+  } else if (HasJaggedEdges(options, layout, first, motion.has_motion())) {
+    Note(
+        "all rays go through the centres of the pixels: edges are jagged "
+        "(--set antialias=taa: smooth where the picture moves)");
+  }
+}
+
 Status Impl::ReadFirstFile() {
   const std::string& path = options.files.front().input;
   Result<LoadedFile> file = LoadFile(path, options, false);
@@ -119,16 +132,7 @@ Status Impl::ReadFirstFile() {
     Note(note);
   }
   settings = SettingsFor(options, layout, file->image, motion.has_motion());
-  if (settings.antialias == Antialias::kTaa && !options.IsFixed("antialias")) {
-    Note(fmt::format(
-        "edges and textures are means over few samples: frames are antialiased in time, "
-        "a new one counts for {:.2f} (antialias=off: not)",
-        settings.taa_alpha));
-  } else if (HasJaggedEdges(options, layout, file->image, motion.has_motion())) {
-    Note(
-        "all rays go through the centres of the pixels: edges are jagged "
-        "(--set antialias=taa: smooth where the picture moves)");
-  }
+  NoteAntialiasing(file->image);
   const Result<int> samples = SamplesFor(options, layout, file->image, settings);
   STILLRAY_RETURN_IF_ERROR(samples.status());
   layout.samples = std::max(*samples, 1);

@@ -69,6 +69,7 @@ struct SequenceDenoiser::Impl {
   void Note(const std::string& text) const;
   void ReportFallBack();
   void NoteDerivedMotion(const FrameReport& report);
+  void NoteAntialiasing(const ExrImage& first) const;
   SequenceView View() { return {options, layout, motion, cache ? &*cache : nullptr}; }
   std::string StatePath() const { return ResumePath(folder, key); }
 
