@@ -58,6 +58,21 @@ PixelLight LightAt(const FollowLightInput& in, int x, int y) {
   return light;
 }
 
+/// Whether another surface is within kFollowClear pixels along an axis.
+bool IsNearSurface(const Image1& inverse_depth, int x, int y) {
+  const float here = inverse_depth(x, y);
+  for (int k = 1; k <= kFollowClear; ++k) {
+    const bool row = x >= k && x + k < inverse_depth.width() &&
+                     IsBesideSurface(here, inverse_depth(x - k, y), inverse_depth(x + k, y));
+    const bool column = y >= k && y + k < inverse_depth.height() &&
+                        IsBesideSurface(here, inverse_depth(x, y - k), inverse_depth(x, y + k));
+    if (row || column) {
+      return true;
+    }
+  }
+  return false;
+}
+
 /// \return the light of a pixel's surface in the last frame; negative: unknown
 float LightBefore(const FollowLightInput& in, int x, int y) {
   if (in.before == nullptr || !(in.guides.inverse_depth(x, y) > 0)) {
@@ -72,7 +87,8 @@ float LightBefore(const FollowLightInput& in, int x, int y) {
   const float apart = std::abs(in.picture_motion[0](x, y) - motion.x) +
                       std::abs(in.picture_motion[1](x, y) - motion.y);
   const float n = in.samples != nullptr ? (*in.samples)(x, y) : 1.0f;
-  if (!inside || !(apart < kMostMotionApart) || !(in.length(x, y) > n)) {
+  if (!inside || !(apart < kMostMotionApart) || !(in.length(x, y) > n) ||
+      IsNearSurface(in.guides.inverse_depth, x, y)) {
     return -1;
   }
   return (*in.before)(FollowNearest(px, in.before->width()),

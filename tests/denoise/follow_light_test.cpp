@@ -202,5 +202,39 @@ TEST(FollowLight, ConstantLightStaysConstant) {
   }
 }
 
+/// A wall that moves to the left behind thin dark bars that move to the right, by a pixel per frame
+/// each; all light is constant.
+Frame MakeWallBehindBars(int index) {
+  Frame f = MakeBrighterWall(index, 1, 0);
+  for (int y = 0; y < f.height; ++y) {
+    for (int x = 0; x < f.width; ++x) {
+      const bool bar = (x + 60 - index) % 6 == 0;
+      const float albedo = bar ? 0.5f : (x + index + y) % 2 == 0 ? 0.2f : 0.8f;
+      f.guides.depth(x, y) = bar ? 4.0f : 5.0f;
+      f.guides.motion[0](x, y) = bar ? -1.0f : 1.0f;
+      for (int c = 0; c < 3; ++c) {
+        f.guides.albedo[c](x, y) = albedo;
+        Light(&f, SignalKind::kDirectDiffuse)[c](x, y) = albedo * (bar ? 0.3f : 1.0f);
+      }
+    }
+  }
+  return f;
+}
+
+/// The last frame's light beside a bar may be that of the bar.
+TEST(FollowLight, WallsBehindBarsStayAsTheyAre) {
+  Settings s = PresetSettings("default").value();
+  Denoiser with = Denoiser::Create(s).value();
+  s.taa_follow_light = false;
+  Denoiser without = Denoiser::Create(s).value();
+  DenoisedFrame a;
+  DenoisedFrame b;
+  for (int i = 0; i < 16; ++i) {
+    ASSERT_TRUE(with.Denoise(MakeWallBehindBars(i), &a).ok());
+    ASSERT_TRUE(without.Denoise(MakeWallBehindBars(i), &b).ok());
+  }
+  EXPECT_NEAR(MeanOf(a.colour) / MeanOf(b.colour), 1, 1e-3);
+}
+
 }  // namespace
 }  // namespace stillray::follow_light_test

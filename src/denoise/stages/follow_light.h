@@ -8,10 +8,11 @@
 ///
 /// The light is compared per surface, along its motion, at one pixel of each block of 4x4, without
 /// its albedo, so that textures do not count, of the signals of diffuse light, and not where the
-/// picture moves with a reflection. The change is the mean over the 5x5 blocks around as far as
-/// they show the same surface, and is followed as far as it exceeds their noise (FollowedChange);
-/// next to another surface it is not followed, since the ratio is interpolated over pixels. Border:
-/// 2 blocks. State: the last frame's light per block. Reads 6 and writes 3 bytes per pixel.
+/// picture moves with a reflection or another surface is within three pixels. The change is the
+/// mean over the 5x5 blocks around as far as they show the same surface, and is followed as far as
+/// it exceeds their noise (FollowedChange); next to another surface it is not followed, since the
+/// ratio is interpolated over pixels. Border: 2 blocks. State: the last frame's light per block.
+/// Reads 9 and writes 3 bytes per pixel.
 #pragma once
 
 #include "denoise/planes.h"
@@ -49,7 +50,7 @@ struct FollowedBlocks {
   }
 };
 
-/// The part that both versions share: one pixel in sixteen is read.
+/// The part that both versions share: one pixel in sixteen is read, and the depths beside it.
 /// \param now  [out] the light of this frame per block, another plane than `in.before`
 void CompareBlocks(const FollowLightInput& in, FollowedBlocks* blocks, Image1* now);
 

@@ -20,6 +20,11 @@ const float kFollowKnown = 6.0f;
 // The surface of another block is the same up to this relative inverse depth and cosine.
 const float kFollowDepth = 0.05f;
 const float kFollowCosine = 0.7f;
+// Beside another surface within this many pixels along an axis, light is not compared: the last
+// frame's block that is nearest to a place may show that surface, and behind bars always the bars
+// are mistaken for the wall, never the reverse, so that the picture would grow brighter forever.
+const int kFollowClear = 3;
+const float kFollowStep = 0.02f;  // of inverse depth, that is another surface
 // Light that moves with a reflection, not with its surface, by more pixels than this is not
 // compared.
 const float kMostMotionApart = 0.1f;
@@ -45,6 +50,12 @@ SHARED_FN int FollowPixel(int block, int size) {
 SHARED_FN int FollowNearest(float place, int blocks) {
   float block = (place - 0.5f * float(kFollowBlock)) / float(kFollowBlock);
   return clamp(int(floor(block + 0.5f)), 0, blocks - 1);
+}
+
+// Whether one of two pixels, as far from here on opposite sides, shows another surface, by inverse
+// depths: on a plane their mean is that of the pixel between them.
+SHARED_FN bool IsBesideSurface(float here, float a, float b) {
+  return abs(a + b - 2.0f * here) > kFollowStep * here;
 }
 
 // Logarithm of the ratio of light to what it was.

@@ -25,6 +25,26 @@ float UnfilteredLight(vec3 value) {
   return IsFinite(l) ? max(l, 0.0f) : 0.0f;
 }
 
+float InverseDepthAt(ivec2 p) {
+  return uintBitsToFloat(texelFetch(surface_image, p, 0).x);
+}
+
+// Whether another surface is within kFollowClear pixels along an axis.
+bool IsNearSurface(ivec2 p, float here) {
+  for (int k = 1; k <= kFollowClear; ++k) {
+    ivec2 dx = ivec2(k, 0);
+    ivec2 dy = ivec2(0, k);
+    bool row = p.x >= k && p.x + k < width &&
+               IsBesideSurface(here, InverseDepthAt(p - dx), InverseDepthAt(p + dx));
+    bool column = p.y >= k && p.y + k < height &&
+                  IsBesideSurface(here, InverseDepthAt(p - dy), InverseDepthAt(p + dy));
+    if (row || column) {
+      return true;
+    }
+  }
+  return false;
+}
+
 void main() {
   ivec2 block = ivec2(gl_GlobalInvocationID.xy);
   ivec2 blocks = ivec2(FollowSize(width), FollowSize(height));
@@ -58,9 +78,9 @@ void main() {
   vec2 place = vec2(p) + texelFetch(motion_image, p, 0).xy;
   bool inside = place.x > -0.5f && place.y > -0.5f && place.x < float(width) - 0.5f &&
                 place.y < float(height) - 0.5f && !IsNaN(place.x) && !IsNaN(place.y);
-  bool known = has_before != 0 && inside &&
-               uintBitsToFloat(texelFetch(surface_image, p, 0).x) > 0.0f &&
-               texelFetch(moments, ivec3(p, 0), 0).z > GivenSamples(p);
+  float here = InverseDepthAt(p);
+  bool known = has_before != 0 && inside && here > 0.0f &&
+               texelFetch(moments, ivec3(p, 0), 0).z > GivenSamples(p) && !IsNearSurface(p, here);
   float change = 0.0f;
   if (known) {
     ivec2 at = ivec2(FollowNearest(place.x, blocks.x), FollowNearest(place.y, blocks.y));

@@ -32,7 +32,7 @@
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
-//   follow_light         light, albedos, motion, of blocks   ratio of blocks           1 + inputs / 16, 2
+//   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
 //   spline_coefficients  last picture                        light of the wavelet      8, 8
 //   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
 //   tonemap              picture                             display                   8, 4
