@@ -184,20 +184,30 @@ TEST(FollowLight, ThePictureDoesNotLagBehindTheLight) {
   EXPECT_LT(Lag(s, 1.02f), 0.93f);
 }
 
-TEST(FollowLight, ConstantLightStaysConstant) {
+struct Pictures {
+  Image3 with, without;  ///< follow_light
+};
+
+/// The last pictures of a sequence.
+Pictures PicturesOf(Frame (*make)(int index), int frames) {
   Settings s = PresetSettings("default").value();
   Denoiser with = Denoiser::Create(s).value();
   s.taa_follow_light = false;
   Denoiser without = Denoiser::Create(s).value();
   DenoisedFrame a;
   DenoisedFrame b;
-  for (int i = 0; i < 12; ++i) {
-    ASSERT_TRUE(with.Denoise(MakeBrighterWall(i, 1, 0), &a).ok());
-    ASSERT_TRUE(without.Denoise(MakeBrighterWall(i, 1, 0), &b).ok());
+  for (int i = 0; i < frames; ++i) {
+    EXPECT_TRUE(with.Denoise(make(i), &a).ok());
+    EXPECT_TRUE(without.Denoise(make(i), &b).ok());
   }
-  for (int y = 0; y < a.colour.height(); ++y) {
-    for (int x = 0; x < a.colour.width(); ++x) {
-      ASSERT_NEAR(a.colour[0](x, y), b.colour[0](x, y), 1e-5) << x << " " << y;
+  return {a.colour, b.colour};
+}
+
+TEST(FollowLight, ConstantLightStaysConstant) {
+  const Pictures p = PicturesOf([](int index) { return MakeBrighterWall(index, 1, 0); }, 12);
+  for (int y = 0; y < p.with.height(); ++y) {
+    for (int x = 0; x < p.with.width(); ++x) {
+      ASSERT_NEAR(p.with[0](x, y), p.without[0](x, y), 1e-5) << x << " " << y;
     }
   }
 }
@@ -223,17 +233,8 @@ Frame MakeWallBehindBars(int index) {
 
 /// The last frame's light beside a bar may be that of the bar.
 TEST(FollowLight, WallsBehindBarsStayAsTheyAre) {
-  Settings s = PresetSettings("default").value();
-  Denoiser with = Denoiser::Create(s).value();
-  s.taa_follow_light = false;
-  Denoiser without = Denoiser::Create(s).value();
-  DenoisedFrame a;
-  DenoisedFrame b;
-  for (int i = 0; i < 16; ++i) {
-    ASSERT_TRUE(with.Denoise(MakeWallBehindBars(i), &a).ok());
-    ASSERT_TRUE(without.Denoise(MakeWallBehindBars(i), &b).ok());
-  }
-  EXPECT_NEAR(MeanOf(a.colour) / MeanOf(b.colour), 1, 1e-3);
+  const Pictures p = PicturesOf(MakeWallBehindBars, 16);
+  EXPECT_NEAR(MeanOf(p.with) / MeanOf(p.without), 1, 1e-3);
 }
 
 }  // namespace
