@@ -20,11 +20,12 @@ const float kFollowKnown = 6.0f;
 // The surface of another block is the same up to this relative inverse depth and cosine.
 const float kFollowDepth = 0.05f;
 const float kFollowCosine = 0.7f;
-// Beside another surface within this many pixels along an axis, light is not compared: the last
-// frame's block that is nearest to a place may show that surface, and behind bars always the bars
-// are mistaken for the wall, never the reverse, so that the picture would grow brighter forever.
+// Light is not compared beside another surface within this many pixels along an axis: the last
+// frame's block that is nearest to a place may show that surface. Pixels of a wall behind dark bars
+// would be compared with the bars, but bars not with the wall, so that the wall would become
+// brighter in every frame.
 const int kFollowClear = 3;
-const float kFollowStep = 0.02f;  // of inverse depth, that is another surface
+const float kFollowStep = 0.02f;  // relative difference of inverse depth of another surface
 // Light that moves with a reflection, not with its surface, by more pixels than this is not
 // compared.
 const float kMostMotionApart = 0.1f;
