@@ -95,6 +95,10 @@ enum class TaaFilter : int {
   kCatmullRom,
   kSpline,  ///< the cubic B-spline through the pixels
 };
+enum class TaaClamp : int {
+  kPicture,
+  kLight,  ///< the picture divided by the antialiased albedo
+};
 enum class Fxaa : int {
   kOff,
   kSparse,  ///< below one sample per pixel, of pixels with fewer than four
@@ -178,6 +182,7 @@ struct Settings {
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.12f;
   TaaFilter taa_filter = TaaFilter::kSpline;
+  TaaClamp taa_clamp = TaaClamp::kLight;
   bool taa_follow_light = true;
   bool taa_tonemapped = false;
   Fxaa fxaa = Fxaa::kSparse;

@@ -245,6 +245,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
                           ? FollowedSignals(plan->signals)
                           : 0,
+      .clamp_light = Int(KeepsAlbedo(s) && facts.albedos != 0),
       .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
@@ -287,8 +288,10 @@ FramePlan MakePlan(const Settings& s, const FrameFacts& facts, const SequencePro
   PlanFeedback(s, facts, &plan);
   plan.has_followed = plan.has_picture && progress.has_followed;
   plan.after.has_followed = plan.has_picture && plan.antialias.follow_light != 0;
+  plan.has_albedo = plan.has_picture && progress.has_albedo && plan.antialias.clamp_light != 0;
   plan.after.has_history = s.temporal;
   plan.after.has_picture = plan.runs.antialias && !facts.is_backward;
+  plan.after.has_albedo = plan.after.has_picture && plan.antialias.clamp_light != 0;
   return plan;
 }
 
@@ -354,6 +357,10 @@ Status CheckDeviceSettings(const Settings& s) {
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {
   return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
+bool KeepsAlbedo(const Settings& s) {
+  return s.antialias != Antialias::kOff && s.temporal && s.taa_clamp == TaaClamp::kLight;
 }
 
 bool RestoresEnergy(const Settings& s) {

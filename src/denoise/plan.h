@@ -63,6 +63,7 @@ struct SequenceProgress {
   bool has_history = false;
   bool has_picture = false;   ///< the last frame's picture was antialiased in time
   bool has_followed = false;  ///< ... and follow_light ran
+  bool has_albedo = false;    ///< ... and so was its albedo
   bool jittered = false;      ///< some frame since the history began was
   bool fed_back = false;      ///< the last frame's filtered light is part of the history, or may be
   float feedback_progress = 0;  ///< samples per pixel since the last feedback, 0..1
@@ -128,6 +129,7 @@ struct FramePlan {
   bool is_sparse;     ///< less than one sample per pixel
   bool has_picture;   ///< there is a last picture for antialiasing
   bool has_followed;  ///< the light of that picture is known to follow_light
+  bool has_albedo;    ///< the antialiased albedo of that picture is there
   bool was_fed_back;  ///< SequenceProgress::fed_back before this frame
   StagesRun runs;
 
@@ -211,6 +213,9 @@ MotionUse UseOfMotion(const Settings& settings, bool jittered, const SequencePro
 
 /// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
 bool AntialiasesInTime(const Settings& settings, bool jittered);
+
+/// Whether antialias keeps the albedo of pictures, of frames that have one.
+bool KeepsAlbedo(const Settings& settings);
 
 /// Whether restore_energy runs: the light before and after the wavelet must be comparable.
 bool RestoresEnergy(const Settings& settings);

@@ -526,6 +526,16 @@ std::vector<Row> MakeTable() {
                 .max = 1,
                 .choices = {"catmull_rom", "spline"}},
        .member = Choice<Settings, &Settings::taa_filter>()},
+      {.info = {.name = "taa_clamp",
+                .type = kChoice,
+                .group = "antialias",
+                .help = "What of the previous picture is clamped to the range around a pixel of "
+                        "the current one: the picture, or its light without albedo, which keeps "
+                        "texture that the rays of one frame miss, and lags less behind light that "
+                        "changes.",
+                .max = 1,
+                .choices = {"picture", "light"}},
+       .member = Choice<Settings, &Settings::taa_clamp>()},
       {.info = {.name = "taa_follow_light",
                 .type = kFlag,
                 .group = "antialias",
@@ -564,7 +574,8 @@ std::vector<Row> MakeTable() {
        .member = Choice<Settings, &Settings::tonemap>()},
       {.info =
            {.name = "dither",
-            .type = kFloat,
+            .type =
+                kFloat,
             .group = "tonemap",
             .help =
                 "Noise added for display, against bands in slow gradients; linear files have none.",
@@ -636,41 +647,28 @@ constexpr PresetValue kSvgf[] = {
     {"keep_samples", "off"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
+    {"taa_clamp", "picture"},
     {"taa_follow_light", "off"},
     {"fxaa", "off"},
 };
 
 /// Progressive SVGF (Dundr 2018).
 constexpr PresetValue kPsvgf[] = {
-    {"signals", "single"},
-    {"alpha_min", "0.1"},
-    {"limit_history", "off"},
-    {"variance_of", "frame"},
-    {"short_history", "blur"},
-    {"short_history_boost", "0"},
-    {"kernel", "3x3"},
-    {"steps", "16,8,4,2,1"},
-    {"feedback", "5"},
-    {"sigma_n", "64"},
-    {"curvature", "0"},
-    {"depth_weight", "gradient"},
-    {"clip_outliers", "0"},
-    {"restore_energy", "off"},
-    {"pilot", "off"},
-    {"max_slope", "0.1"},
-    {"sigma_l", "4"},
-    {"luminance_epsilon", "0.05"},
-    {"luminance", "rec601"},
-    {"luminance_scale", "variance"},
-    {"virtual_roughness", "0"},
-    {"virtual_motion_roughness", "0"},
-    {"mirror_roughness", "0"},
-    {"keep_samples", "off"},
-    {"taa_alpha", "0.1"},
-    {"taa_filter", "catmull_rom"},
-    {"taa_follow_light", "off"},
-    {"noise_ratio", "1"},
-    {"dither", "1"},
+    {"signals", "single"},      {"alpha_min", "0.1"},
+    {"limit_history", "off"},   {"variance_of", "frame"},
+    {"short_history", "blur"},  {"short_history_boost", "0"},
+    {"kernel", "3x3"},          {"steps", "16,8,4,2,1"},
+    {"feedback", "5"},          {"sigma_n", "64"},
+    {"curvature", "0"},         {"depth_weight", "gradient"},
+    {"clip_outliers", "0"},     {"restore_energy", "off"},
+    {"pilot", "off"},           {"max_slope", "0.1"},
+    {"sigma_l", "4"},           {"luminance_epsilon", "0.05"},
+    {"luminance", "rec601"},    {"luminance_scale", "variance"},
+    {"virtual_roughness", "0"}, {"virtual_motion_roughness", "0"},
+    {"mirror_roughness", "0"},  {"keep_samples", "off"},
+    {"taa_alpha", "0.1"},       {"taa_filter", "catmull_rom"},
+    {"taa_clamp", "picture"},   {"taa_follow_light", "off"},
+    {"noise_ratio", "1"},       {"dither", "1"},
 };
 
 /// Dammertz et al. 2010.
@@ -686,6 +684,7 @@ constexpr PresetValue kEaw[] = {
     {"antialias", "off"},
     {"taa_alpha", "0.1"},
     {"taa_filter", "catmull_rom"},
+    {"taa_clamp", "picture"},
     {"taa_follow_light", "off"},
     {"fxaa", "off"},
     {"keep_samples", "off"},
@@ -693,11 +692,17 @@ constexpr PresetValue kEaw[] = {
 
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
-    {"limit_history", "off"},    {"wavelet", "off"},
-    {"virtual_roughness", "0"},  {"virtual_motion_roughness", "0"},
-    {"mirror_roughness", "0"},   {"antialias", "off"},
-    {"taa_alpha", "0.1"},        {"taa_filter", "catmull_rom"},
-    {"taa_follow_light", "off"}, {"fxaa", "off"},
+    {"limit_history", "off"},
+    {"wavelet", "off"},
+    {"virtual_roughness", "0"},
+    {"virtual_motion_roughness", "0"},
+    {"mirror_roughness", "0"},
+    {"antialias", "off"},
+    {"taa_alpha", "0.1"},
+    {"taa_filter", "catmull_rom"},
+    {"taa_clamp", "picture"},
+    {"taa_follow_light", "off"},
+    {"fxaa", "off"},
     {"keep_samples", "off"},
 };
 

@@ -26,6 +26,7 @@
 #include "denoise/stages/restore_energy.h"
 #include "denoise/stages/select_guides.h"
 #include "denoise/stages/spline_coefficients.h"
+#include "denoise/stages/sum_albedo.h"
 #include "denoise/stages/suppress_fireflies.h"
 #include "denoise/stages/tonemap.h"
 
@@ -65,6 +66,7 @@ struct StageTable {
   decltype(&reference::Fxaa) fxaa;
   decltype(&reference::FollowLight) follow_light;
   decltype(&reference::SplineCoefficients) spline_coefficients;
+  decltype(&reference::SumAlbedo) sum_albedo;
   decltype(&reference::Antialias) antialias;
   decltype(&reference::Tonemap) tonemap;
 };
@@ -88,8 +90,8 @@ struct StageTable {
     .restore_detail = &backend::RestoreDetail,                                                     \
     .accumulate_residual = &backend::AccumulateResidual, .remodulate = &backend::Remodulate,       \
     .fxaa = &backend::Fxaa, .follow_light = &backend::FollowLight,                                 \
-    .spline_coefficients = &backend::SplineCoefficients, .antialias = &backend::Antialias,         \
-    .tonemap = &backend::Tonemap,                                                                  \
+    .spline_coefficients = &backend::SplineCoefficients, .sum_albedo = &backend::SumAlbedo,        \
+    .antialias = &backend::Antialias, .tonemap = &backend::Tonemap,                                \
   }
 
 inline constexpr StageTable kReferenceStages = STILLRAY_STAGES_OF(reference);

@@ -449,6 +449,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
       {"taa_filter", "catmull_rom", {}},
+      {"taa_clamp", "picture", {}},
       {"taa_follow_light", "off", {}},
       {"taa_tonemapped", "on", {}},
       {"fxaa", "on", {}},

@@ -178,6 +178,7 @@ float Lag(const Settings& s, float factor) {
 
 TEST(FollowLight, ThePictureDoesNotLagBehindTheLight) {
   Settings s = PresetSettings("default").value();
+  s.taa_clamp = TaaClamp::kPicture;
   EXPECT_NEAR(Lag(s, 1.02f), 1, 0.02);
   EXPECT_NEAR(Lag(s, 0.98f), 1, 0.02);
   s.taa_follow_light = false;

@@ -72,6 +72,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"antialias", "auto"},  // of jittered frames
       {"taa_alpha", "0.1"},
       {"taa_filter", "catmull_rom"},
+      {"taa_clamp", "picture"},
       {"taa_follow_light", "off"},
       {"dither", "1"},
       {"fill_guides", "on"},

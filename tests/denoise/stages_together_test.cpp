@@ -133,6 +133,24 @@ TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
   });
 }
 
+/// Albedos of this frame and the last one, and lengths of light, some of them short.
+struct Texture {
+  Texture() : albedo(kWidth, kHeight), before(RandomImage(150)), length(kWidth, kHeight, 3) {
+    const Image3 parts[2] = {RandomImage(140), RandomImage(160)};
+    const Image3* const albedos[2] = {&parts[0], &parts[1]};
+    reference::SumAlbedo(albedos, &albedo);
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        length(x, y) = static_cast<float>((x / 3 + y) % 9);
+      }
+    }
+  }
+
+  SummedAlbedo albedo;
+  Image3 before;
+  Image1 length;
+};
+
 // In vectors of one motion, of several, and of as many as pixels.
 TEST(Antialias, FollowsAnyMotion) {
   const GuidePlanes guides = test::MakeGuides(true);
@@ -166,6 +184,35 @@ TEST(Antialias, FollowsAnyMotion) {
   }
 }
 
+TEST(Antialias, ClampsTheLightOfAnyMotion) {
+  const GuidePlanes guides = test::MakeGuides(true);
+  const Image2 motion = MakeMotion();
+  const Image3 previous = RandomImage(120);
+  const Image3 colour = RandomImage(170);
+  const Image3 coefficients = RandomImage(130);
+  const Texture texture;
+  const AntialiasParameters& p = test::DefaultPlan().antialias;
+  for (const Image3* spline : {static_cast<const Image3*>(nullptr), &coefficients}) {
+    for (const Image3* before : {&texture.before, static_cast<const Image3*>(nullptr)}) {
+      AntialiasInput in = {previous, motion, guides, spline};
+      in.length = &texture.length;
+      Image3 expected_albedo(kWidth, kHeight);
+      AntialiasTexture of = {texture.albedo, before, spline, &expected_albedo};
+      in.texture = &of;
+      Image3 expected(kWidth, kHeight);
+      reference::Antialias(colour, in, p, &expected);
+      OnEveryTarget([&] {
+        Image3 found(kWidth, kHeight);
+        Image3 found_albedo(kWidth, kHeight);
+        of.out = &found_albedo;
+        cpu::Antialias(colour, in, p, &found);
+        test::ExpectNear(found, expected, 1e-4, 1e-4);
+        test::ExpectNear(found_albedo, expected_albedo, 1e-4, 1e-4);
+      });
+    }
+  }
+}
+
 TEST(StagesTogether, AntialiasParts) {
   const GuidePlanes guides = test::MakeGuides(true);
   const LumaImage3 lights[2] = {RandomImage<LumaImage3>(80), RandomImage<LumaImage3>(90)};
@@ -192,6 +239,17 @@ TEST(StagesTogether, AntialiasParts) {
     EXPECT_EQ(cpu::AntialiasParts(parts, input, p, &together), 2);
     EXPECT_EQ(DifferentBits(together, apart), 0);
     EXPECT_EQ(DifferentBits(copy, apart), 0);
+    const Texture texture;
+    Image3 albedo_apart(kWidth, kHeight);
+    Image3 albedo_together(kWidth, kHeight);
+    AntialiasTexture of = {texture.albedo, &texture.before, nullptr, &albedo_apart};
+    input.length = &texture.length;
+    input.texture = &of;
+    cpu::Antialias(picture, input, p, &apart);
+    of.out = &albedo_together;
+    EXPECT_EQ(cpu::AntialiasParts(parts, input, p, &together), 2);
+    EXPECT_EQ(DifferentBits(together, apart), 0);
+    EXPECT_EQ(DifferentBits(albedo_together, albedo_apart), 0);
   });
 }
 

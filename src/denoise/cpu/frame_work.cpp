@@ -124,7 +124,8 @@ size_t LayerWork::bytes() const {
 }
 
 size_t FrameWork::bytes() const {
-  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + followed_blocks.bytes() +
+  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + albedo.bytes() +
+               albedo_spline.bytes() + albedo_out.bytes() + followed_blocks.bytes() +
                followed.bytes() + ratio.bytes() + fill_guides.bytes();
   for (const LayerWork& layer : layers) {
     sum += layer.bytes();
@@ -153,6 +154,12 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
       (work->spline.width() != width || work->spline.height() != height)) {
     work->spline = Image3(width, height);
   }
+  if (plan.antialias.clamp_light != 0 &&
+      (work->albedo.sum.width() != width || work->albedo.sum.height() != height)) {
+    work->albedo = SummedAlbedo(width, height);
+    work->albedo_spline = Image3(width, height);
+    work->albedo_out = Image3(width, height);
+  }
   const bool resized =
       work->ratio.width() != FollowSize(width) || work->ratio.height() != FollowSize(height);
   if (plan.antialias.follow_light != 0 && resized) {
@@ -169,6 +176,11 @@ bool FitHistory(const FramePlan& plan, int width, int height, int border, Histor
   }
   for (LayerHistory& layer : history->layers) {
     FitLayer(width, height, border, PacksNormals(plan.normals), &layer);
+  }
+  if (plan.antialias.clamp_light == 0) {
+    history->albedo = Image3();
+  } else if (history->albedo.empty()) {
+    history->albedo = Image3(width, height);
   }
   if (plan.antialias.follow_light == 0) {
     history->followed = Image1();

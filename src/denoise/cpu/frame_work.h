@@ -10,6 +10,7 @@
 #include "denoise/plan.h"
 #include "denoise/planes.h"
 #include "denoise/stages/limit_history.h"
+#include "denoise/stages/sum_albedo.h"
 
 namespace stillray {
 
@@ -68,9 +69,12 @@ struct LayerWork {
 /// Work planes of one frame.
 struct FrameWork {
   std::vector<LayerWork> layers;
-  Image3 picture;  ///< before it is antialiased
-  Image2 motion;   ///< of the picture; empty until there are virtual guides
-  Image3 spline;   ///< coefficients of the last picture; empty unless it is resampled so
+  Image3 picture;        ///< before it is antialiased
+  Image2 motion;         ///< of the picture; empty until there are virtual guides
+  Image3 spline;         ///< coefficients of the last picture; empty unless it is resampled so
+  SummedAlbedo albedo;   ///< of sum_albedo, as the next two; empty unless it runs
+  Image3 albedo_spline;  ///< coefficients of the last frame's antialiased albedo
+  Image3 albedo_out;     ///< this frame's
   FollowedBlocks followed_blocks;  ///< of follow_light, as the next two; empty unless it runs
   Image1 followed;                 ///< the light of this frame
   Image1 ratio;

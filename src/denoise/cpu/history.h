@@ -52,6 +52,7 @@ struct History {
   LayerList list;                    ///< the layers, in the order of their signals
   std::vector<LayerHistory> layers;  ///< the first is the surface's
   Image3 picture;                    ///< the last finished one
+  Image3 albedo;                     ///< its antialiased albedo; empty unless it is kept
   Image1 followed;                   ///< light per block, of follow_light; empty unless it runs
   HeldGuides held;                   ///< of frames with incomplete guides; else empty
 
@@ -74,7 +75,7 @@ struct History {
     return width == w && height == h && list == layer_list && layout() == wanted;
   }
   size_t bytes() const {
-    size_t sum = picture.bytes() + followed.bytes() + held.bytes();
+    size_t sum = picture.bytes() + albedo.bytes() + followed.bytes() + held.bytes();
     for (const LayerHistory& layer : layers) {
       sum += layer.bytes();
     }

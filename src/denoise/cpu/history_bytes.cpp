@@ -17,7 +17,7 @@ namespace {
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 8;
+  uint32_t version = 9;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
@@ -25,7 +25,7 @@ struct Header {
   /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
   /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
   /// the refraction, 512: followed light, 1024: signals by channel of colour, 2048: octahedral
-  /// normals
+  /// normals, 4096: antialiased albedo
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
@@ -71,6 +71,9 @@ void VisitPlanes(State& state, const Visit& visit) {
     }
   }
   visit_all(state.picture);
+  if (state.progress.has_albedo) {
+    visit_all(state.albedo);
+  }
   if (state.progress.has_followed) {
     visit(state.followed);
   }
@@ -85,6 +88,7 @@ size_t PayloadBytes(const Header& header) {
       1u + ((header.flags & 128u) != 0 ? 1u : 0u) + ((header.flags & 256u) != 0 ? 1u : 0u);
   const size_t guides = (header.flags & 2048u) != 0 ? 3u : 5u;
   const size_t planes = header.signal_count * signal_planes + layers * guides + 3 +
+                        ((header.flags & 4096u) != 0 ? 3u : 0u) +
                         static_cast<size_t>(std::popcount(header.held_planes)) +
                         4 * static_cast<size_t>(std::popcount(header.residual_signals)) +
                         ((header.flags & 32u) != 0 ? 1u : 0u);
@@ -247,7 +251,7 @@ std::vector<uint8_t> HistoryToBytes(const History& state) {
       (state.progress.jittered ? 64u : 0u) |
       (HasLayer(state.list, GuideSource::kReflection) ? 128u : 0u) |
       (HasLayer(state.list, GuideSource::kRefraction) ? 256u : 0u) |
-      (state.progress.has_followed ? 512u : 0u) |
+      (state.progress.has_followed ? 512u : 0u) | (state.progress.has_albedo ? 4096u : 0u) |
       (state.list.count > 0 && state.list.layer[0].by_channel ? 1024u : 0u) |
       (!state.layers.empty() && state.layers.front().guides.packs_normals() ? 2048u : 0u);
   header.held_planes = PlanesOf(state.held);
@@ -320,6 +324,10 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
   }
   state.progress.feedback_progress = header.feedback_progress;
   MakeResiduals(header, &state.layers);
+  state.progress.has_albedo = (header.flags & 4096u) != 0;
+  if (state.progress.has_albedo) {
+    state.albedo = Image3(header.width, header.height);
+  }
   state.progress.has_followed = (header.flags & 512u) != 0;
   if (state.progress.has_followed) {
     state.followed = Image1(FollowSize(header.width), FollowSize(header.height));

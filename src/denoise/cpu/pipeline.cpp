@@ -29,7 +29,8 @@
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
-//   spline_coefficients  4        last picture                   coefficients         (only where something moves)
+//   sum_albedo           8        albedos                        albedo, range        (its antialiased sum is kept for the next frame)
+//   spline_coefficients  4        last picture, last albedo      coefficients         (only where something moves)
 //   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second picture)
 //   antialias            4x4      picture, coefficients, motion  picture              kept for the next frame
 //
@@ -325,14 +326,16 @@ bool Moves(const Image2& motion) {
   return false;
 }
 
-/// \return the coefficients of the last picture; nullptr: none are needed
-const Image3* RunSplineCoefficients(const CpuPipeline& p, const Image2& motion,
-                                    const Image3& previous, FrameWork* work) {
-  if (p.plan.antialias.spline == 0 || !Moves(motion)) {
-    return nullptr;
+void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
+  std::array<const Image3*, 3> given = {};
+  size_t count = 0;
+  for (const Image3* albedo :
+       {&guides.albedo, &guides.specular_albedo, &guides.transmission_albedo}) {
+    if (!albedo->empty()) {
+      given[count++] = albedo;
+    }
   }
-  p.stages.spline_coefficients(previous, &work->spline);
-  return &work->spline;
+  p.stages.sum_albedo({given.data(), count}, &work->albedo);
 }
 
 /// \return the ratio of the light to that of the last frame, per block
@@ -360,7 +363,23 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   const LayerHistory& surface = history->layers.front();
   Image3* scratch = &work->layers.front().scratch;
   AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
-  antialias.spline = RunSplineCoefficients(p, antialias.motion, history->picture, work);
+  const bool resamples = p.plan.antialias.spline != 0 && Moves(antialias.motion);
+  if (resamples) {
+    p.stages.spline_coefficients(history->picture, &work->spline);
+    antialias.spline = &work->spline;
+  }
+  AntialiasTexture texture = {.albedo = work->albedo, .out = &work->albedo_out};
+  if (p.plan.antialias.clamp_light != 0) {
+    RunSumAlbedo(p, in.guides, work);
+    antialias.texture = &texture;
+  }
+  if (p.plan.has_albedo) {
+    texture.before = &history->albedo;
+    if (resamples) {
+      p.stages.spline_coefficients(history->albedo, &work->albedo_spline);
+      texture.spline = &work->albedo_spline;
+    }
+  }
   if (p.plan.antialias.follow_light != 0) {
     antialias.ratio = RunFollowLight(p, in, parts, antialias.motion, history, work);
   }
@@ -376,6 +395,9 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
     p.stages.antialias(work->picture, antialias, p.plan.antialias, scratch);
   }
   std::swap(history->picture, *scratch);
+  if (p.plan.antialias.clamp_light != 0) {
+    std::swap(history->albedo, work->albedo_out);
+  }
 }
 
 }  // namespace
@@ -411,6 +433,11 @@ void RunFrame(const CpuPipeline& p, const Frame& frame, std::span<const SignalHi
     RunAntialias(p, in, picture.parts, history, work, colour, out);
   } else {
     std::swap(history->picture, work->picture);
+    if (plan.after.has_albedo) {
+      const StageTimer timer(&out->timings, "antialias");
+      RunSumAlbedo(p, in.guides, work);
+      std::swap(history->albedo, work->albedo.sum);
+    }
     if (colour != nullptr) {
       CopyImage(history->picture, colour);
     }

@@ -11,6 +11,7 @@
 
 #include <algorithm>
 
+#include "denoise/row_scratch.h"
 #include "denoise/simd/confidence-inl.h"
 #include "denoise/simd/next_row.h"
 #include "denoise/simd/stream_rows-inl.h"
@@ -24,7 +25,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-constexpr size_t kMostFetched = 96;
+constexpr size_t kMostFetched = 112;
 
 /// Columns clamped to the picture: pixels outside repeat the edge.
 HWY_INLINE VI ClampColumns(VI x, int width) {
@@ -97,7 +98,7 @@ inline const float* RatioRow(const AntialiasInput& in, int y, float* row) {
 
 /// Values from the 3x3 neighbours of a vector of pixels.
 struct Neighbourhood {
-  VF low[3];
+  VF low[3];  ///< the range of what is clamped: of the picture, or of its light
   VF high[3];
   VF mx, my;   ///< motion of the nearest surface in front of the centre's, or the centre's own
   VF longest;  ///< largest history length; 0 if unknown
@@ -118,9 +119,19 @@ HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
   return still;
 }
 
+/// The rows of the albedo around row y, as RowsAround.
+struct TextureRows {
+  const float* albedo[3][3];  ///< nullptr: the picture is clamped, not its light
+  const float* light[3][3];   ///< LightOfPicture
+  const float* beside[2];     ///< inverse depth of the rows kTextureClear above and below
+  const float* low[3];        ///< the range of the albedo, per pixel of row y
+  const float* high[3];
+};
+
 /// The rows around the pixels of row y, from the one above; clamped at the picture's edge.
 struct RowsAround {
   const float* colour[3][3];
+  TextureRows texture;
   const float* length[3];  ///< nullptr: unknown
   const float* inverse_depth[3];
   const float* motion[3][2];
@@ -147,8 +158,85 @@ RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const
   rows.gradient[0] = guides.gradient[0].Row(y);
   rows.gradient[1] = guides.gradient[1].Row(y);
   rows.ratio = nullptr;
+  rows.texture.albedo[1][0] = nullptr;
   return rows;
 }
+
+/// Whether the light of the previous picture is clamped.
+inline bool ClampsLight(const AntialiasInput& in) {
+  return in.texture != nullptr && in.texture->before != nullptr;
+}
+
+/// Divides a row of the picture by the albedo.
+inline void LightRow(const float* picture, const float* albedo, int width, float* light) {
+  const DF d;
+  const VF floor = hn::Set(d, kTextureFloor);
+  for (int x = 0; x < width; x += LaneCount()) {
+    const VF divisor = hn::Add(hn::LoadU(d, albedo + x), floor);
+    hn::StoreU(hn::Div(hn::LoadU(d, picture + x), divisor), d, light + x);
+  }
+}
+
+/// The rows of light and albedo of a band, while its rows are processed from above.
+class TextureBand {
+ public:
+  static constexpr int kRows = 15;  ///< of the scratch memory
+
+  /// \param first  of kRows rows of the scratch memory
+  TextureBand(const AntialiasInput& in, const RowScratch& scratch, int first)
+      : in_(in), scratch_(scratch), first_(first) {}
+
+  /// Call it for each row of the picture before it is around a row that is processed.
+  void AddRow(int y, const float* const picture[3]) {
+    for (int c = 0; c < 3; ++c) {
+      LightRow(picture[c], in_.texture->albedo.sum[c].Row(y), in_.previous.width(), Light(c, y));
+    }
+  }
+
+  TextureRows Around(int y) {
+    const int last = in_.previous.height() - 1;
+    const SummedAlbedo& albedo = in_.texture->albedo;
+    TextureRows rows;
+    for (int j = 0; j < 3; ++j) {
+      const int row = std::clamp(y + j - 1, 0, last);
+      for (int c = 0; c < 3; ++c) {
+        rows.albedo[j][c] = albedo.sum[c].Row(row);
+        rows.light[j][c] = Light(c, row);
+      }
+    }
+    rows.beside[0] = in_.guides.inverse_depth.Row(std::max(y - kTextureClear, 0));
+    rows.beside[1] = in_.guides.inverse_depth.Row(std::min(y + kTextureClear, last));
+    const bool new_block = y / kAlbedoBlock != block_;
+    block_ = y / kAlbedoBlock;
+    for (int c = 0; c < 3; ++c) {
+      float* const low = scratch_.Row(first_ + 9 + c);
+      float* const high = scratch_.Row(first_ + 12 + c);
+      if (new_block) {
+        RepeatBlocks(albedo.low[c], low);
+        RepeatBlocks(albedo.high[c], high);
+      }
+      rows.low[c] = low;
+      rows.high[c] = high;
+    }
+    return rows;
+  }
+
+ private:
+  float* Light(int c, int y) const { return scratch_.Row(first_ + y % 3 * 3 + c); }
+  void RepeatBlocks(const Image1& blocks, float* row) const {
+    const float* from = blocks.Row(block_);
+    const int width = in_.previous.width();
+    for (int bx = 0; bx < blocks.width(); ++bx) {
+      const int x = bx * kAlbedoBlock;
+      std::fill_n(row + x, std::min(kAlbedoBlock, width - x), from[bx]);
+    }
+  }
+
+  const AntialiasInput& in_;
+  const RowScratch& scratch_;
+  int first_;
+  int block_ = -1;
+};
 
 /// \tparam kStill  none of the neighbours moves, whichever is nearest
 /// \tparam kInner  neighbours exist in all columns, so that plain loads suffice; else the picture's
@@ -158,8 +246,9 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
   const DF d;
   const DI di;
   Neighbourhood n;
+  const auto& clamped = rows.texture.albedo[1][0] != nullptr ? rows.texture.light : rows.colour;
   for (int c = 0; c < 3; ++c) {
-    n.low[c] = n.high[c] = hn::LoadU(d, rows.colour[1][c] + x);
+    n.low[c] = n.high[c] = hn::LoadU(d, clamped[1][c] + x);
   }
   const auto of_centre = [&](const float* row)
                              HWY_ATTR { return kStill ? hn::Zero(d) : hn::LoadU(d, row + x); };
@@ -185,7 +274,7 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
         return kInner ? hn::LoadU(d, row + x + dx) : hn::GatherIndex(d, row, at);
       };
       for (int c = 0; c < 3; ++c) {
-        const VF q = load(rows.colour[j][c]);
+        const VF q = load(clamped[j][c]);
         n.low[c] = hn::Min(n.low[c], q);
         n.high[c] = hn::Max(n.high[c], q);
       }
@@ -254,25 +343,21 @@ HWY_INLINE VF GatherClamped(const Image1& plane, VI x, VI y) {
   return hn::GatherIndex(d, plane.Row(0), hn::Add(hn::Mul(row, stride), column));
 }
 
-/// SamplePrevious for taps that are not adjacent, or beyond the picture.
-HWY_NOINLINE inline void GatherPrevious(const AntialiasInput& in, const PreviousPlace& place,
-                                        MF whole, VF before[3]) {
-  const DI di;
-  const Image3& taps = in.spline != nullptr ? *in.spline : in.previous;
-  SampleTaps(
-      in.spline != nullptr, place,
-      [&](int i, int j, int c) HWY_ATTR {
-        return GatherClamped(taps[c], hn::Add(place.x, hn::Set(di, i)),
-                             hn::Add(place.y, hn::Set(di, j)));
-      },
-      before);
-  for (int c = 0; c < 3; ++c) {
-    before[c] = hn::IfThenElse(whole, GatherClamped(in.previous[c], place.x, place.y), before[c]);
-  }
-}
+/// An image of the last frame, and its spline coefficients or nullptr.
+struct PreviousImage {
+  const Image3& image;
+  const Image3* spline;
+};
 
-/// The previous picture at (px, py); lanes not `inside` are not read.
-HWY_INLINE void SamplePrevious(const AntialiasInput& in, VF px, VF py, MF inside, VF before[3]) {
+/// Where a vector of pixels was in the last frame.
+struct PreviousPixels {
+  PreviousPlace place;
+  MF whole;          ///< at the centre of a pixel
+  SideBySide block;  ///< of the places
+};
+
+/// \param inside  other lanes are not read
+HWY_INLINE PreviousPixels FindPixels(VF px, VF py, MF inside) {
   const DF d;
   const DI di;
   const VF zero = hn::Zero(d);
@@ -280,42 +365,157 @@ HWY_INLINE void SamplePrevious(const AntialiasInput& in, VF px, VF py, MF inside
   const VF sy = hn::IfThenElseZero(inside, py);
   const VF fx = hn::Floor(sx);
   const VF fy = hn::Floor(sy);
-  const PreviousPlace place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx),
-                               hn::Sub(sy, fy)};
-  const MF whole = hn::And(hn::Eq(place.u, zero), hn::Eq(place.v, zero));
-  const SideBySide block = FindSideBySide(place.x, place.y, inside);
-  if (!LiesInPicture(block, 1, 2, in.previous.width(), in.previous.height())) {
-    GatherPrevious(in, place, whole, before);
+  PreviousPixels at;
+  at.place = {hn::ConvertTo(di, fx), hn::ConvertTo(di, fy), hn::Sub(sx, fx), hn::Sub(sy, fy)};
+  at.whole = hn::And(hn::Eq(at.place.u, zero), hn::Eq(at.place.v, zero));
+  at.block = FindSideBySide(at.place.x, at.place.y, inside);
+  return at;
+}
+
+/// SamplePrevious for taps that are not adjacent, or beyond the picture.
+HWY_NOINLINE inline void GatherPrevious(const PreviousImage& from, const PreviousPixels& at,
+                                        VF before[3]) {
+  const DI di;
+  const Image3& taps = from.spline != nullptr ? *from.spline : from.image;
+  SampleTaps(
+      from.spline != nullptr, at.place,
+      [&](int i, int j, int c) HWY_ATTR {
+        return GatherClamped(taps[c], hn::Add(at.place.x, hn::Set(di, i)),
+                             hn::Add(at.place.y, hn::Set(di, j)));
+      },
+      before);
+  for (int c = 0; c < 3; ++c) {
+    before[c] =
+        hn::IfThenElse(at.whole, GatherClamped(from.image[c], at.place.x, at.place.y), before[c]);
+  }
+}
+
+HWY_INLINE void SamplePrevious(const PreviousImage& from, const PreviousPixels& at, VF before[3]) {
+  const DF d;
+  const SideBySide& block = at.block;
+  if (!LiesInPicture(block, 1, 2, from.image.width(), from.image.height())) {
+    GatherPrevious(from, at, before);
     return;
   }
-  if (hn::AllTrue(d, whole)) {  // nothing moved
+  if (hn::AllTrue(d, at.whole)) {  // nothing moved
     for (int c = 0; c < 3; ++c) {
-      before[c] = hn::LoadU(d, in.previous[c].Row(block.y) + block.x);
+      before[c] = hn::LoadU(d, from.image[c].Row(block.y) + block.x);
     }
     return;
   }
-  const Image3& taps = in.spline != nullptr ? *in.spline : in.previous;
+  const Image3& taps = from.spline != nullptr ? *from.spline : from.image;
   const ptrdiff_t stride = taps[0].stride();
   const float* first[3];
   for (int c = 0; c < 3; ++c) {
     first[c] = taps[c].Row(block.y) + block.x;
   }
   SampleTaps(
-      in.spline != nullptr, place,
+      from.spline != nullptr, at.place,
       [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
       before);
-  if (!hn::AllFalse(d, whole)) {
+  if (!hn::AllFalse(d, at.whole)) {
     for (int c = 0; c < 3; ++c) {
-      const VF kept = hn::LoadU(d, in.previous[c].Row(block.y) + block.x);
-      before[c] = hn::IfThenElse(whole, kept, before[c]);
+      const VF kept = hn::LoadU(d, from.image[c].Row(block.y) + block.x);
+      before[c] = hn::IfThenElse(at.whole, kept, before[c]);
     }
+  }
+}
+
+/// IsYoung for the pixels x, x + 1, ... of row y.
+HWY_INLINE MF YoungPixels(const AntialiasInput& in, int x, int y) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF n = in.samples == nullptr ? one : hn::LoadU(d, in.samples->Row(y) + x);
+  const VF most = hn::Mul(hn::Set(d, kYoungFrames), hn::Max(n, one));
+  return hn::Not(hn::Gt(hn::LoadU(d, in.length->Row(y) + x), most));
+}
+
+/// Whether another surface is within kTextureClear pixels along an axis.
+template <bool kInner>
+HWY_INLINE MF BesideSurface(const RowsAround& rows, int x, int y, int width, int height) {
+  static_assert(kTextureClear == 2, "the rows are those at hand");
+  const DF d;
+  const DI di;
+  const VF here = hn::LoadU(d, rows.inverse_depth[1] + x);
+  const VF gx = hn::LoadU(d, rows.gradient[0] + x);
+  const VF gy = hn::LoadU(d, rows.gradient[1] + x);
+  const VF most = hn::Mul(hn::Set(d, kInFront), here);
+  const auto differs = [&](VF found, VF expected) HWY_ATTR __attribute__((always_inline)) {
+    return hn::Gt(hn::Abs(hn::Sub(found, expected)), most);
+  };
+  const auto beyond = [&](const float* row, int offset) HWY_ATTR __attribute__((always_inline)) {
+    const int steps = std::clamp(y + offset, 0, height - 1) - y;
+    const VF plane = hn::MulAdd(gy, hn::Set(d, static_cast<float>(steps)), here);
+    return differs(hn::LoadU(d, row + x), plane);
+  };
+  const auto aside = [&](int offset) HWY_ATTR __attribute__((always_inline)) {
+    const float* row = rows.inverse_depth[1];
+    VF steps = hn::Set(d, static_cast<float>(offset));
+    VF found;
+    if constexpr (kInner) {
+      found = hn::LoadU(d, row + x + offset);
+    } else {
+      const VI columns = ColumnNumbers(x);
+      const VI at = ClampColumns(hn::Add(columns, hn::Set(di, offset)), width);
+      steps = hn::ConvertTo(d, hn::Sub(at, columns));
+      found = hn::GatherIndex(d, row, at);
+    }
+    return differs(found, hn::MulAdd(gx, steps, here));
+  };
+  const MF vertically =
+      hn::Or(hn::Or(beyond(rows.inverse_depth[0], -1), beyond(rows.inverse_depth[2], 1)),
+             hn::Or(beyond(rows.texture.beside[0], -2), beyond(rows.texture.beside[1], 2)));
+  const MF sideways = hn::Or(hn::Or(aside(-1), aside(1)), hn::Or(aside(-2), aside(2)));
+  return hn::Or(vertically, sideways);
+}
+
+/// Clamps the previous albedo where it may be another surface's.
+template <bool kInner>
+HWY_INLINE void ClampAlbedo(const RowsAround& rows, const AntialiasInput& in, int x, int y,
+                            VF albedo[3]) {
+  const DF d;
+  const DI di;
+  const int width = in.previous.width();
+  for (int c = 0; c < 3; ++c) {
+    albedo[c] = hn::Min(hn::Max(albedo[c], hn::LoadU(d, rows.texture.low[c] + x)),
+                        hn::LoadU(d, rows.texture.high[c] + x));
+  }
+  const MF clamps =
+      hn::Or(YoungPixels(in, x, y), BesideSurface<kInner>(rows, x, y, width, in.previous.height()));
+  if (hn::AllFalse(d, clamps)) {
+    return;
+  }
+  for (int c = 0; c < 3; ++c) {
+    VF low = hn::LoadU(d, rows.texture.albedo[1][c] + x);
+    VF high = low;
+    for (int j = 0; j < 3; ++j) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        const float* row = rows.texture.albedo[j][c];
+        const VI at = ClampColumns(hn::Add(ColumnNumbers(x), hn::Set(di, dx)), width);
+        const VF q = kInner ? hn::LoadU(d, row + x + dx) : hn::GatherIndex(d, row, at);
+        low = hn::Min(low, q);
+        high = hn::Max(high, q);
+      }
+    }
+    albedo[c] = hn::IfThenElse(clamps, hn::Min(hn::Max(albedo[c], low), high), albedo[c]);
+  }
+}
+
+/// Clamps the light of the previous picture by the previous albedo.
+HWY_INLINE void ClampLight(const Neighbourhood& n, const VF albedo[3], VF before[3]) {
+  const DF d;
+  for (int c = 0; c < 3; ++c) {
+    const VF divisor = hn::Add(albedo[c], hn::Set(d, kTextureFloor));
+    const VF light = hn::Div(before[c], divisor);
+    before[c] = hn::Mul(hn::Min(hn::Max(light, n.low[c]), n.high[c]), divisor);
   }
 }
 
 /// Destination of a row of the picture.
 struct OutRow {
   float* row[3];
-  float* copy[3];  ///< nullptr: none
+  float* copy[3];    ///< nullptr: none
+  float* albedo[3];  ///< likewise
 };
 
 inline OutRow OutRowOf(const AntialiasInput& in, int y, Image3* out) {
@@ -323,6 +523,7 @@ inline OutRow OutRowOf(const AntialiasInput& in, int y, Image3* out) {
   for (int c = 0; c < 3; ++c) {
     to.row[c] = (*out)[c].Row(y);
     to.copy[c] = in.copy != nullptr ? (*in.copy)[c].Row(y) : nullptr;
+    to.albedo[c] = in.texture != nullptr ? (*in.texture->out)[c].Row(y) : nullptr;
   }
   return to;
 }
@@ -343,14 +544,19 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   const MF in_y =
       hn::And(hn::Gt(py, edge), hn::Lt(py, hn::Set(d, static_cast<float>(height) - 0.5f)));
   const MF inside = hn::And(hn::And(in_x, in_y), InRow(x, width));
-  VF before[3];
-  if constexpr (kStill) {
-    for (int c = 0; c < 3; ++c) {
-      before[c] = hn::LoadU(d, in.previous[c].Row(y) + x);
+  const PreviousPixels at = FindPixels(px, py, inside);
+  const auto sample = [&](const PreviousImage& from, VF to[3]) HWY_ATTR
+      __attribute__((always_inline)) {
+    if constexpr (kStill) {
+      for (int c = 0; c < 3; ++c) {
+        to[c] = hn::LoadU(d, from.image[c].Row(y) + x);
+      }
+    } else {
+      SamplePrevious(from, at, to);
     }
-  } else {
-    SamplePrevious(in, px, py, inside, before);
-  }
+  };
+  VF before[3];
+  sample({in.previous, in.spline}, before);
   if (rows.ratio != nullptr) {
     const VF ratio = hn::LoadU(d, rows.ratio + x);
     for (int c = 0; c < 3; ++c) {
@@ -358,9 +564,16 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
     }
   }
   const VF alpha = Alpha(in, p, n.longest, x, y);
+  const bool clamps_light = rows.texture.albedo[1][0] != nullptr;
+  VF albedo[3];
+  if (clamps_light) {
+    sample({*in.texture->before, in.texture->spline}, albedo);
+    ClampAlbedo<kInner>(rows, in, x, y, albedo);
+    ClampLight(n, albedo, before);
+  }
   for (int c = 0; c < 3; ++c) {
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);
-    const VF kept = hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
+    const VF kept = clamps_light ? before[c] : hn::Min(hn::Max(before[c], n.low[c]), n.high[c]);
     const VF blend = p.tone_scale > 0 ? BlendTonemapped(kept, now, alpha, hn::Set(d, p.tone_scale))
                                       : hn::MulAdd(alpha, hn::Sub(now, kept), kept);
     const VF result = hn::IfThenElse(inside, blend, now);
@@ -368,6 +581,14 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
     if (out.copy[c] != nullptr) {
       StreamInRow(d, result, out.copy[c], x, width);
     }
+  }
+  for (int c = 0; out.albedo[0] != nullptr && c < 3; ++c) {
+    const VF now = hn::LoadU(d, in.texture->albedo.sum[c].Row(y) + x);
+    VF result = now;
+    if (clamps_light) {
+      result = hn::IfThenElse(inside, hn::MulAdd(alpha, hn::Sub(now, albedo[c]), albedo[c]), now);
+    }
+    StreamInRow(d, result, out.albedo[c], x, width);
   }
 }
 
@@ -390,9 +611,17 @@ void AntialiasRow(const RowsAround& rows, NextRow<kMostFetched> next, const Anti
   if (in.copy != nullptr) {
     AddStreamed(*in.copy, y + 1, &next);
   }
+  if (in.texture != nullptr) {
+    next.Add(in.texture->albedo.sum, y + 2);
+    AddStreamed(*in.texture->out, y + 1, &next);
+  }
+  if (ClampsLight(in)) {
+    const AntialiasTexture& texture = *in.texture;
+    next.Add(!kStill && texture.spline != nullptr ? *texture.spline : *texture.before, y + 3);
+  }
   for (int x = 0; x < width; x += LaneCount()) {
     next.Fetch(x);
-    if (x > 0 && x + LaneCount() < width) {
+    if (x >= kTextureClear && x + LaneCount() + kTextureClear <= width) {
       AntialiasVector<kStill, true>(rows, in, p, x, y, to);
     } else {
       AntialiasVector<kStill, false>(rows, in, p, x, y, to);

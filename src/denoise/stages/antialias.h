@@ -15,15 +15,36 @@
 /// that linear files are antialiased too, and blends linear light, which converges to the
 /// box-filtered picture. `tone_scale` blends under a tone curve instead, as SVGF does, which
 /// smooths edges of bright light, but darkens textures of high contrast (by up to 5 %). With
-/// `ratio` the previous picture is multiplied by the change of the light (follow_light.h). State:
-/// the previous output. Border: 1 pixel; reads 4x4 taps along the motion. Reads 36 and 16 x 12,
-/// writes 12 bytes per pixel.
+/// `ratio` the previous picture is multiplied by the change of the light (follow_light.h).
+///
+/// With `texture` the light of the previous picture is clamped, not the picture itself. Rays of one
+/// frame miss lines that are thinner than a pixel, so that the clamp would erase them, and where a
+/// texture has contrast it lets a wrong light pass. So the albedo is antialiased as well, with the
+/// same taps and weights: both pictures are then means over the same points, and the quotient of
+/// the previous picture and the previous albedo is a mean of light, with the albedos as weights. It
+/// is clamped to that of the 3x3 neighbourhood and multiplied by the previous albedo, which is only
+/// clamped to the range of the albedo in some 12x12 pixels, so that textures that change are
+/// followed; to that in 3x3 pixels where it may be that of another surface.
+///
+/// State: the previous output, and with `texture` its albedo. Border: 1 pixel, with `texture` 2;
+/// reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel; with `texture`
+/// 50 and 32 x 12, 24.
 #pragma once
 
 #include "denoise/planes.h"
 #include "denoise/stages/antialias_shared.h"
+#include "denoise/stages/sum_albedo.h"
 
 namespace stillray {
+
+/// The albedos that separate the texture of pictures from their light.
+struct AntialiasTexture {
+  const SummedAlbedo& albedo;      ///< of this frame
+  const Image3* before = nullptr;  ///< the antialiased albedo of the last frame; nullptr: unknown,
+                                   ///< the picture is clamped
+  const Image3* spline = nullptr;  ///< as AntialiasInput::spline
+  Image3* out = nullptr;           ///< result: the antialiased albedo of this frame
+};
 
 struct AntialiasInput {
   const Image3& previous;  ///< the last output
@@ -39,6 +60,8 @@ struct AntialiasInput {
   const Image1* samples = nullptr;
   /// Frame::confidence; nullptr: 1 everywhere. Read with `length` alone.
   const Image1* confidence = nullptr;
+  /// Used with `length` alone; nullptr: the picture is clamped.
+  const AntialiasTexture* texture = nullptr;
   Image3* copy = nullptr;  ///< a copy of the finished picture, of the same size; nullptr: none
 };
 

@@ -64,17 +64,22 @@ float NewWeight(const AntialiasInput& in, float taa_alpha, int x, int y) {
                           in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
 }
 
-/// The previous picture at a place.
-vec3 SamplePrevious(const AntialiasInput& in, vec2 place) {
+/// An image of the last frame, and its spline coefficients or nullptr.
+struct PreviousImage {
+  const Image3& image;
+  const Image3* spline;
+};
+
+vec3 Sample(const PreviousImage& previous, vec2 place) {
   const float fx = std::floor(place.x);
   const float fy = std::floor(place.y);
   const float u = place.x - fx;
   const float v = place.y - fy;
   if (u == 0 && v == 0) {
-    return Load(in.previous, static_cast<int>(fx), static_cast<int>(fy));
+    return Load(previous.image, static_cast<int>(fx), static_cast<int>(fy));
   }
-  const bool spline = in.spline != nullptr;
-  const Image3& image = spline ? *in.spline : in.previous;
+  const bool spline = previous.spline != nullptr;
+  const Image3& image = spline ? *previous.spline : previous.image;
   const vec4 wx = spline ? CubicSpline(u) : CatmullRom(u);
   const vec4 wy = spline ? CubicSpline(v) : CatmullRom(v);
   vec3 sum(0.0f);
@@ -86,6 +91,94 @@ vec3 SamplePrevious(const AntialiasInput& in, vec2 place) {
     sum += wy[j] * row;
   }
   return sum;
+}
+
+struct Range {
+  vec3 low, high;
+};
+
+vec3 Clamp(vec3 value, const Range& range) {
+  return min(max(value, range.low), range.high);
+}
+
+/// The range of load(x, y) in the 3x3 neighbourhood.
+template <typename LoadPixel>
+Range RangeAround(const LoadPixel& load, int x, int y) {
+  Range range = {load(x, y), load(x, y)};
+  for (int dy = -1; dy <= 1; ++dy) {
+    for (int dx = -1; dx <= 1; ++dx) {
+      range.low = min(range.low, load(x + dx, y + dy));
+      range.high = max(range.high, load(x + dx, y + dy));
+    }
+  }
+  return range;
+}
+
+vec3 LightOf(vec3 picture, vec3 albedo) {
+  return {LightOfPicture(picture.x, albedo.x), LightOfPicture(picture.y, albedo.y),
+          LightOfPicture(picture.z, albedo.z)};
+}
+
+vec3 PictureOf(vec3 light, vec3 albedo) {
+  return {PictureOfLight(light.x, albedo.x), PictureOfLight(light.y, albedo.y),
+          PictureOfLight(light.z, albedo.z)};
+}
+
+/// Whether another surface is within kTextureClear pixels along an axis.
+bool IsBesideSurface(const GuidePlanes& guides, int x, int y) {
+  const float here = guides.inverse_depth(x, y);
+  const vec2 gradient = {guides.gradient[0](x, y), guides.gradient[1](x, y)};
+  const auto differs = [&](int dx, int dy) {
+    const int qx = std::clamp(x + dx, 0, guides.id.width() - 1);
+    const int qy = std::clamp(y + dy, 0, guides.id.height() - 1);
+    const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
+    return !IsOnPlane(here, gradient, guides.inverse_depth(qx, qy), offset);
+  };
+  for (int k = 1; k <= kTextureClear; ++k) {
+    if (differs(-k, 0) || differs(k, 0) || differs(0, -k) || differs(0, k)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The previous albedo at a place.
+vec3 PreviousAlbedo(const AntialiasInput& in, vec2 place, int x, int y) {
+  const SummedAlbedo& albedo = in.texture->albedo;
+  const int bx = x / kAlbedoBlock;
+  const int by = y / kAlbedoBlock;
+  const vec3 before = Sample({*in.texture->before, in.texture->spline}, place);
+  const vec3 inside = Clamp(before, {Load(albedo.low, bx, by), Load(albedo.high, bx, by)});
+  const float n = in.samples == nullptr ? 1.0f : (*in.samples)(x, y);
+  if (!IsYoung((*in.length)(x, y), n) && !IsBesideSurface(in.guides, x, y)) {
+    return inside;
+  }
+  return Clamp(inside, RangeAround([&](int qx, int qy) { return Load(albedo.sum, qx, qy); }, x, y));
+}
+
+void Store(vec3 value, int x, int y, Image3* image) {
+  for (int c = 0; c < 3; ++c) {
+    (*image)[c](x, y) = value[c];
+  }
+}
+
+/// The previous picture at a place, clamped, and its albedo.
+struct Previous {
+  vec3 picture, albedo;
+};
+
+Previous FindPrevious(const Image3& colour, const AntialiasInput& in, float ratio, vec2 place,
+                      int x, int y) {
+  const auto now = [&](int qx, int qy) { return Load(colour, qx, qy); };
+  const vec3 before = ratio * Sample({in.previous, in.spline}, place);
+  if (in.texture == nullptr || in.texture->before == nullptr) {
+    return {Clamp(before, RangeAround(now, x, y)), vec3(0.0f)};
+  }
+  const auto light = [&](int qx, int qy) {
+    return LightOf(now(qx, qy), Load(in.texture->albedo.sum, qx, qy));
+  };
+  const vec3 albedo = PreviousAlbedo(in, place, x, y);
+  return {PictureOf(Clamp(LightOf(before, albedo), RangeAround(light, x, y)), albedo), albedo};
 }
 
 }  // namespace
@@ -106,29 +199,26 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
       const bool inside = place.x > -0.5f && place.y > -0.5f &&
                           place.x < static_cast<float>(width) - 0.5f &&
                           place.y < static_cast<float>(height) - 0.5f;
+      const bool with_albedo = inside && in.texture != nullptr && in.texture->before != nullptr;
       vec3 result = now;
+      vec3 albedo = in.texture != nullptr ? Load(in.texture->albedo.sum, x, y) : vec3(0.0f);
       if (inside) {
-        vec3 low = now;
-        vec3 high = now;
-        for (int dy = -1; dy <= 1; ++dy) {
-          for (int dx = -1; dx <= 1; ++dx) {
-            low = min(low, Load(colour, x + dx, y + dy));
-            high = max(high, Load(colour, x + dx, y + dy));
-          }
-        }
-        const vec3 before =
-            min(max(ratio[static_cast<size_t>(x)] * SamplePrevious(in, place), low), high);
+        const Previous before =
+            FindPrevious(colour, in, ratio[static_cast<size_t>(x)], place, x, y);
         const float alpha = NewWeight(in, p.taa_alpha, x, y);
         for (int c = 0; c < 3; ++c) {
-          result[c] = p.tone_scale > 0 ? BlendTonemapped(before[c], now[c], alpha, p.tone_scale)
-                                       : before[c] + alpha * (now[c] - before[c]);
+          result[c] = p.tone_scale > 0
+                          ? BlendTonemapped(before.picture[c], now[c], alpha, p.tone_scale)
+                          : before.picture[c] + alpha * (now[c] - before.picture[c]);
         }
+        albedo = with_albedo ? before.albedo + alpha * (albedo - before.albedo) : albedo;
       }
-      for (int c = 0; c < 3; ++c) {
-        (*out)[c](x, y) = result[c];
-        if (in.copy != nullptr) {
-          (*in.copy)[c](x, y) = result[c];
-        }
+      Store(result, x, y, out);
+      if (in.copy != nullptr) {
+        Store(result, x, y, in.copy);
+      }
+      if (in.texture != nullptr) {
+        Store(albedo, x, y, in.texture->out);
       }
     }
   }

@@ -16,6 +16,7 @@ SHARED_BLOCK(AntialiasParameters) {
   int weigh_by_length;  // 1: light with a short history has a larger one
   int spline;           // 1: the last picture is resampled with a B-spline, 0: Catmull-Rom
   int follow_light;     // signals that follow_light compares, the first ones; 0: it does not run
+  int clamp_light;      // 1: the light of the last picture is clamped, 0: the last picture
   float tone_scale;     // pictures are blended under x / (1 + tone_scale x); 0: as linear light
 };
 
@@ -46,6 +47,31 @@ SHARED_FN float BlendTonemapped(float before, float now, float alpha, float scal
   float of_before = (1.0f - alpha) / (1.0f + scale * max(before, 0.0f));
   float of_now = alpha / (1.0f + scale * max(now, 0.0f));
   return (of_before * before + of_now * now) / (of_before + of_now);
+}
+
+// Light of a picture: divided by the albedo. Without the addition, texture that is nearly black
+// would have any light.
+const float kTextureFloor = 0.002f;
+SHARED_FN float LightOfPicture(float picture, float albedo) {
+  return picture / (albedo + kTextureFloor);
+}
+SHARED_FN float PictureOfLight(float light, float albedo) {
+  return light * (albedo + kTextureFloor);
+}
+
+// The albedo of the last frame may have been another surface's, and be any albedo around, where the
+// history of the light has at most this many times the samples of a frame ...
+const float kYoungFrames = 4.0f;
+SHARED_FN bool IsYoung(float length, float n) {
+  return !(length > kYoungFrames * max(n, 1.0f));
+}
+// ... and where another surface is within this many pixels along an axis: splines ring there.
+const int kTextureClear = 2;
+
+// Whether a pixel with the inverse depth `found` is on the plane of the surface at another one,
+// whose inverse depth is `here` and its gradient g.
+SHARED_FN bool IsOnPlane(float here, vec2 g, float found, vec2 offset) {
+  return abs(found - (here + g.x * offset.x + g.y * offset.y)) <= kInFront * here;
 }
 
 // Weight of the six-tap (per axis: four) Catmull-Rom spline at distance -1-t, -t, 1-t, 2-t.

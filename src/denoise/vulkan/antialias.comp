@@ -7,6 +7,7 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/follow_light_shared.h"
+#include "denoise/stages/sum_albedo_shared.h"
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -15,7 +16,16 @@ layout(set = 1, binding = 3) uniform texture2D picture;
 layout(set = 1, binding = 4) uniform texture2D picture_before;
 layout(set = 1, binding = 5) uniform texture2DArray coefficients;
 layout(set = 1, binding = 6) uniform texture2D followed_ratio;
-layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+layout(set = 1, binding = 7) uniform texture2D albedo_sum;
+layout(set = 1, binding = 8) uniform texture2DArray albedo_range;
+layout(set = 1, binding = 9) uniform texture2D albedo_before;
+layout(set = 1, binding = 10) uniform texture2DArray albedo_coefficients;
+layout(set = 1, binding = 11, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+layout(set = 1, binding = 12, LIGHT_FORMAT) writeonly uniform image2D albedo_out;
+
+layout(push_constant) uniform Push {
+  int has_albedo;  // the albedo of the last picture is there
+};
 
 vec3 Load(ivec2 p) {
   return texelFetch(picture, ClampToPicture(p), 0).xyz;
@@ -57,27 +67,101 @@ float LongestAround(ivec2 p) {
   return longest;
 }
 
-vec3 SamplePrevious(vec2 place) {
+// The picture and the albedo of the last frame.
+struct Previous {
+  vec3 picture;
+  vec3 albedo;  // 0 unless has_albedo
+};
+
+Previous SamplePrevious(vec2 place) {
   vec2 corner = floor(place);
   vec2 t = place - corner;
   ivec2 first = ivec2(corner) - 1;
+  Previous at = Previous(vec3(0.0f), vec3(0.0f));
   if (t == vec2(0.0f)) {
-    return texelFetch(picture_before, ClampToPicture(first + 1), 0).xyz * picture_ratio;
+    ivec2 q = ClampToPicture(first + 1);
+    at.picture = texelFetch(picture_before, q, 0).xyz * picture_ratio;
+    if (has_albedo != 0) {
+      at.albedo = texelFetch(albedo_before, q, 0).xyz;
+    }
+    return at;
   }
   bool spline = antialias.spline != 0;
   vec4 wx = spline ? CubicSpline(t.x) : CatmullRom(t.x);
   vec4 wy = spline ? CubicSpline(t.y) : CatmullRom(t.y);
-  vec3 sum = vec3(0.0f);
   for (int j = 0; j < 4; ++j) {
-    vec3 row = vec3(0.0f);
+    Previous row = Previous(vec3(0.0f), vec3(0.0f));
     for (int i = 0; i < 4; ++i) {
       ivec2 q = ClampToPicture(first + ivec2(i, j));
-      row += wx[i] * (spline ? texelFetch(coefficients, ivec3(q, 0), 0).xyz
-                             : texelFetch(picture_before, q, 0).xyz);
+      row.picture += wx[i] * (spline ? texelFetch(coefficients, ivec3(q, 0), 0).xyz
+                                     : texelFetch(picture_before, q, 0).xyz);
+      if (has_albedo != 0) {
+        row.albedo += wx[i] * (spline ? texelFetch(albedo_coefficients, ivec3(q, 0), 0).xyz
+                                      : texelFetch(albedo_before, q, 0).xyz);
+      }
     }
-    sum += wy[j] * row;
+    at.picture += wy[j] * row.picture;
+    at.albedo += wy[j] * row.albedo;
   }
-  return sum * picture_ratio;
+  at.picture *= picture_ratio;
+  return at;
+}
+
+vec3 Albedo(ivec2 p) {
+  return texelFetch(albedo_sum, ClampToPicture(p), 0).xyz;
+}
+
+vec3 LightOfPicture(vec3 c, vec3 albedo) {
+  return vec3(LightOfPicture(c.x, albedo.x), LightOfPicture(c.y, albedo.y),
+              LightOfPicture(c.z, albedo.z));
+}
+
+vec3 PictureOfLight(vec3 l, vec3 albedo) {
+  return vec3(PictureOfLight(l.x, albedo.x), PictureOfLight(l.y, albedo.y),
+              PictureOfLight(l.z, albedo.z));
+}
+
+// Whether another surface is within kTextureClear pixels along an axis.
+bool IsBesideSurface(ivec2 p) {
+  float here = InverseDepth(p);
+  vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), here).gradient;
+  for (int k = 1; k <= kTextureClear; ++k) {
+    for (int side = 0; side < 4; ++side) {
+      int offset = side < 2 ? -k : k;
+      ivec2 q = ClampToPicture(p + (side % 2 == 0 ? ivec2(offset, 0) : ivec2(0, offset)));
+      if (!IsOnPlane(here, gradient, InverseDepth(q), vec2(q - p))) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// The previous albedo, clamped to what may be this surface's.
+vec3 ClampAlbedo(ivec2 p, vec3 albedo) {
+  ivec2 last = ivec2(AlbedoBlocks(width), AlbedoBlocks(height)) - 1;
+  vec3 low = vec3(kMostLight);
+  vec3 high = vec3(0.0f);
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      ivec2 block = clamp(p / kAlbedoBlock + ivec2(i, j), ivec2(0), last);
+      low = min(low, texelFetch(albedo_range, ivec3(block, 0), 0).xyz);
+      high = max(high, texelFetch(albedo_range, ivec3(block, 1), 0).xyz);
+    }
+  }
+  albedo = min(max(albedo, low), high);
+  if (!IsYoung(texelFetch(moments, ivec3(p, 0), 0).z, GivenSamples(p)) && !IsBesideSurface(p)) {
+    return albedo;
+  }
+  low = Albedo(p);
+  high = low;
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      low = min(low, Albedo(p + ivec2(i, j)));
+      high = max(high, Albedo(p + ivec2(i, j)));
+    }
+  }
+  return min(max(albedo, low), high);
 }
 
 // The change of the light, interpolated between the pixels of blocks.
@@ -96,29 +180,54 @@ float RatioAt(ivec2 p) {
   return above + t.y * (below - above);
 }
 
+// What is clamped: the picture, or its light.
+vec3 Clamped(ivec2 p) {
+  vec3 c = Load(p);
+  return has_albedo != 0 ? LightOfPicture(c, Albedo(p)) : c;
+}
+
+// Writes the antialiased albedo.
+void KeepAlbedo(ivec2 p, vec3 albedo) {
+  if (antialias.clamp_light != 0) {
+    imageStore(albedo_out, p, Stored(vec4(albedo, 1.0f)));
+  }
+}
+
 vec3 Antialiased(ivec2 p, vec3 now) {
   vec2 motion = NearestMotion(p);
   vec2 place = vec2(p) + motion;
   bool inside = place.x > -0.5f && place.y > -0.5f && place.x < float(width) - 0.5f &&
                 place.y < float(height) - 0.5f && !IsNaN(motion.x) && !IsNaN(motion.y);
+  vec3 albedo = antialias.clamp_light != 0 ? Albedo(p) : vec3(0.0f);
   if (!inside) {
+    KeepAlbedo(p, albedo);
     return now;
   }
-  vec3 low = now;
-  vec3 high = now;
+  vec3 low = Clamped(p);
+  vec3 high = low;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      vec3 c = Load(p + ivec2(dx, dy));
+      vec3 c = Clamped(p + ivec2(dx, dy));
       low = min(low, c);
       high = max(high, c);
     }
   }
   float ratio = antialias.follow_light != 0 ? RatioAt(p) : 1.0f;
-  vec3 before = min(max(ratio * SamplePrevious(place), low), high);
+  Previous previous = SamplePrevious(place);
+  vec3 before = ratio * previous.picture;
+  if (has_albedo != 0) {
+    previous.albedo = ClampAlbedo(p, previous.albedo);
+    before = LightOfPicture(before, previous.albedo);
+  }
+  before = min(max(before, low), high);
+  if (has_albedo != 0) {
+    before = PictureOfLight(before, previous.albedo);
+  }
   float alpha = antialias.weigh_by_length != 0
                     ? NewPictureWeight(ConfidentAlpha(antialias.taa_alpha, Confidence(p)),
                                        LongestAround(p), GivenSamples(p))
                     : antialias.taa_alpha;
+  KeepAlbedo(p, has_albedo != 0 ? previous.albedo + alpha * (albedo - previous.albedo) : albedo);
   if (antialias.tone_scale > 0.0f) {
     float scale = antialias.tone_scale / picture_exposure;
     return vec3(BlendTonemapped(before.x, now.x, alpha, scale),
@@ -136,6 +245,8 @@ void main() {
   vec3 c = Load(p);
   if (has_picture != 0) {
     c = Antialiased(p, c);
+  } else if (antialias.clamp_light != 0) {
+    KeepAlbedo(p, Albedo(p));
   }
   imageStore(picture_out, p, Stored(vec4(c, 1.0f)));
   vec4 result = vec4(c / picture_exposure, 1.0f);

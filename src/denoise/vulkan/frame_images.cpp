@@ -7,6 +7,7 @@
 
 #include "core/negative_limit_shared.h"
 #include "denoise/stages/follow_light_shared.h"
+#include "denoise/stages/sum_albedo_shared.h"
 #include "denoise/vulkan/frame_shared.h"
 
 namespace stillray::vulkan {
@@ -97,6 +98,17 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.picture = adder.Picture(light, 0);
   images.scratch = adder.Picture(light, 0);
   images.shown = adder.Picture(light, 0);
+  if (shape.with_albedo) {
+    images.albedo = adder.Picture(light, 0);
+    images.albedo_range =
+        adder.Add(light, AlbedoBlocks(shape.width), AlbedoBlocks(shape.height), 2);
+    images.albedo_before = adder.Picture(light, 0);
+    images.albedo_out = adder.Picture(light, 0);
+  } else {
+    images.albedo = images.albedo_before = images.no_input;
+    images.albedo_range = images.nothing;
+    images.albedo_out = half ? images.no_half_output : images.no_float_output;
+  }
   const int blocks_x = FollowSize(shape.width);
   const int blocks_y = FollowSize(shape.height);
   images.changes = adder.Add(VK_FORMAT_R32G32B32A32_SFLOAT, blocks_x, blocks_y, 0);

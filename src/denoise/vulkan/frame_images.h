@@ -22,6 +22,7 @@ struct Shape {
   bool with_within = true;       ///< second moments may be given
   bool clamps_fireflies = false;
   bool luminance_factors = true;  ///< the wavelet has luminance weights
+  bool with_albedo = false;       ///< antialias keeps the albedo
   Storage storage = Storage::kHalf;
   bool octahedral = true;  ///< normals of surfaces
 
@@ -69,6 +70,11 @@ struct FrameImages {
   const gpu::Image* picture = nullptr;  ///< of this frame, times its exposure
   const gpu::Image* scratch = nullptr;
   const gpu::Image* shown = nullptr;  ///< the last antialiased picture
+  // Of antialias; `no_input` or an output that is not there unless it keeps the albedo:
+  const gpu::Image* albedo = nullptr;         ///< the sum of this frame
+  const gpu::Image* albedo_range = nullptr;   ///< lowest and highest of each block
+  const gpu::Image* albedo_before = nullptr;  ///< the last antialiased sum
+  const gpu::Image* albedo_out = nullptr;
   // Of follow_light, a texel for each block, floats:
   const gpu::Image* followed = nullptr;         ///< the light of this frame
   const gpu::Image* followed_before = nullptr;  ///< ... of the last frame

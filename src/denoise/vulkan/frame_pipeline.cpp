@@ -33,8 +33,9 @@
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
 //   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
-//   spline_coefficients  last picture                        light of the wavelet      8, 8
-//   antialias            picture, last picture, motion       picture, output           inputs + 40, 8 + output
+//   sum_albedo           albedos                             albedo, range of blocks   inputs, 9  (only with taa_clamp=light)
+//   spline_coefficients  last picture, last albedo           light of the wavelet      16, 16
+//   antialias            picture, last picture, motion       picture, albedo, output   inputs + 73, 16 + output
 //   tonemap              picture                             display                   8, 4
 // clang-format on
 
@@ -595,14 +596,26 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   if (plan.has_picture && plan.antialias.follow_light != 0) {
     FollowLight(plan, recorder);
   }
-  const gpu::Image* coefficients = i.wavelet[0];  // no longer read
-  if (plan.has_picture && plan.antialias.spline != 0) {
-    recorder->Run(Shader::kSplineCoefficients, grid_, {i.shown, coefficients});
+  if (plan.antialias.clamp_light != 0) {
+    recorder->Run(Shader::kSumAlbedo, grid_, {i.albedo, i.albedo_range});
   }
+  const auto& coefficients = i.wavelet;  // no longer read
+  if (plan.has_picture && plan.antialias.spline != 0) {
+    recorder->Run(Shader::kSplineCoefficients, grid_, {i.shown, coefficients[0]});
+    if (plan.has_albedo) {
+      recorder->Run(Shader::kSplineCoefficients, grid_, {i.albedo_before, coefficients[1]});
+    }
+  }
+  const int32_t has_albedo = plan.has_albedo ? 1 : 0;
   recorder->Run(Shader::kAntialias, grid_,
                 {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown,
-                 coefficients, i.followed_ratio, i.scratch});
+                 coefficients[0], i.followed_ratio, i.albedo, i.albedo_range, i.albedo_before,
+                 coefficients[1], i.scratch, i.albedo_out},
+                has_albedo);
   std::swap(images_.shown, images_.scratch);
+  if (plan.antialias.clamp_light != 0) {
+    std::swap(images_.albedo_before, images_.albedo_out);
+  }
 }
 
 /// Sets parameters and inputs, with guides filled if some are unknown.

@@ -67,6 +67,7 @@ Shape ShapeOf(const Settings& settings, int width, int height, int signals, Stor
   shape.with_behind = layout.with_behind;
   shape.clamps_fireflies = settings.firefly == Firefly::kClamp;
   shape.luminance_factors = settings.wavelet == Wavelet::kSvgf;
+  shape.with_albedo = KeepsAlbedo(settings);
   shape.storage = storage;
   shape.octahedral = PacksNormals(settings.normals, PacksNormalsByDefault(storage));
   return shape;

@@ -31,11 +31,12 @@ enum Flag : uint32_t {
   kHasFollowed = 512,
   kByChannel = 1024,
   kOtherNormals = 2048,  ///< not those of normals=auto
+  kHasAlbedo = 4096,
 };
 
 struct Header {
   char magic[8] = {};
-  uint32_t version = 3;
+  uint32_t version = 4;
   uint32_t byte_order = kHistoryByteOrder;
   int32_t width = 0;
   int32_t height = 0;
@@ -84,7 +85,7 @@ size_t TexelBytesOf(const Header& h) {
   const bool half = h.Has(kIsHalf);
   const size_t light = half ? 8 : 16;
   const size_t guides = (h.HasOctahedral() ? 8 : 16) + (half ? 8 : 16);
-  size_t bytes = h.Has(kHasPicture) ? light : 0;
+  size_t bytes = (h.Has(kHasPicture) ? light : 0) + (h.Has(kHasAlbedo) ? light : 0);
   if (h.Has(kHasHistory)) {
     const size_t of_signal =
         2 * light + (h.Has(kHasBehind) ? light : 0) + (h.Has(kHasCompressed) ? light / 4 : 0);
@@ -120,6 +121,7 @@ std::vector<const gpu::Image*> RememberedImages(const FramePipeline& pipeline,
   keep(history, all.guides.surface);
   keep(history, all.guides.detail);
   keep(progress.has_picture, all.shown);
+  keep(progress.has_albedo, all.albedo_before);
   keep(progress.has_followed, all.followed);
   if (held.any) {
     const FillGuidesPass::Held& guides = pipeline.fill_guides()->held();
@@ -146,7 +148,8 @@ Header HeaderOf(const FramePipeline& pipeline, const FillGuidesPass::Kinds& held
             flag(pipeline.has_transmission(), kHasTransmission) |
             flag(shape.storage == Storage::kHalf, kIsHalf) | flag(held.any, kHasHeld) |
             flag(held.any && held.id, kHasHeldId) | flag(progress.jittered, kJittered) |
-            flag(progress.has_followed, kHasFollowed) | flag(pipeline.by_channel(), kByChannel) |
+            flag(progress.has_followed, kHasFollowed) | flag(progress.has_albedo, kHasAlbedo) |
+            flag(pipeline.by_channel(), kByChannel) |
             flag(shape.octahedral != PacksNormalsByDefault(shape.storage), kOtherNormals);
   h.held_colours = held.any ? held.colours : 0;
   h.feedback_progress = progress.feedback_progress;
@@ -335,6 +338,7 @@ Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Sett
   saved.progress.has_history = h.Has(kHasHistory);
   saved.progress.has_picture = h.Has(kHasPicture);
   saved.progress.has_followed = h.Has(kHasFollowed);
+  saved.progress.has_albedo = h.Has(kHasAlbedo);
   saved.progress.jittered = h.Has(kJittered);
   saved.progress.feedback_progress = h.feedback_progress;
   saved.held = {h.Has(kHasHeld), h.Has(kHasHeldId), h.held_colours};

@@ -53,6 +53,7 @@ enum class Shader : uint8_t {
   kFxaa,
   kFollowLight,
   kFollowChange,
+  kSumAlbedo,
   kSplineCoefficients,
   kAntialias,
   kTonemap,

@@ -27,11 +27,17 @@ namespace {
 int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
                            const AntialiasParameters& p, int y0, int y1, Image3* out) {
   const int width = in.previous.width();
-  const RowScratch kept(width, 10);
+  const RowScratch kept(width, 10 + TextureBand::kRows);
   const auto colour_row = [&](int c, int row) { return kept.Row(row % 3 * 3 + c); };
+  TextureBand texture(in, kept, 10);
+  const bool clamps_light = ClampsLight(in);
   const auto compose = [&](int row) {
     float* const to[3] = {colour_row(0, row), colour_row(1, row), colour_row(2, row)};
-    return cpu::RemodulateRow(parts, width, row, to);
+    const int64_t bad = cpu::RemodulateRow(parts, width, row, to);
+    if (clamps_light) {
+      texture.AddRow(row, to);
+    }
+    return bad;
   };
   if (y0 > 0) {
     compose(y0 - 1);  // counted by the band of that row
@@ -45,6 +51,9 @@ int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
     }
     RowsAround rows = FindRowsAround(in.motion, in.guides, in.length, y, colour_row);
     rows.ratio = RatioRow(in, y, kept.Row(9));
+    if (clamps_light) {
+      rows.texture = texture.Around(y);
+    }
     NextRow<kMostFetched> next;
     AddPictureParts(parts, y + 2, &next);
     still.Around(y) ? AntialiasRow<true>(rows, next, in, p, y, out)
