@@ -168,6 +168,20 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .tonemap = facts.is_displayed};
 }
 
+/// The number of signals with diffuse light, the first ones.
+/// \param lights  FrameFacts::lights
+int DiffuseSignals(std::span<const SignalGroup> signals, uint32_t lights) {
+  const auto is_diffuse = [&](const SignalGroup& group) {
+    return std::any_of(group.kinds.begin(), group.kinds.end(), [&](SignalKind kind) {
+      const bool diffuse =
+          kind == SignalKind::kDirectDiffuse || kind == SignalKind::kIndirectDiffuse;
+      return diffuse && (lights >> static_cast<uint32_t>(kind) & 1u) != 0;
+    });
+  };
+  const auto end = std::find_if_not(signals.begin(), signals.end(), is_diffuse);
+  return static_cast<int>(end - signals.begin());
+}
+
 void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
@@ -183,7 +197,8 @@ void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                          .limit_gain = s.limit_gain,
                          .has_roughness = Int(facts.has_roughness),
                          .jitter_x = facts.jitter_x,
-                         .jitter_y = facts.jitter_y};
+                         .jitter_y = facts.jitter_y,
+                         .wide_signals = DiffuseSignals(plan->signals, facts.lights)};
   plan->compared.edges.sigma_n = kComparedSigmaN;
   plan->compared.edges.depth_weight_plane = 1;
   plan->compared.edges.plane_tolerance = kComparedTolerance;
@@ -303,6 +318,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }
+  int& wide = of_layer.limit_history.wide_signals;
+  wide = std::clamp(wide - static_cast<int>(layer.first), 0, static_cast<int>(layer.count));
   int& kept = of_layer.keep_samples.kept_signals;
   kept = kept >> layer.first & mask;
   int& mirrors = of_layer.keep_mirrors.mirror_signals;

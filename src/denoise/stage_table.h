@@ -43,6 +43,7 @@ struct StageTable {
   decltype(&reference::FindTaps) find_taps;
   decltype(&reference::FetchHistory) fetch_history;
   decltype(&reference::CompareWithHistory) compare_with_history;
+  decltype(&reference::MeasureChange) measure_change;
   decltype(&reference::CorrectHistory) correct_history;
   decltype(&reference::LimitHistory) limit_history;
   decltype(&reference::Accumulate) accumulate;
@@ -78,10 +79,10 @@ struct StageTable {
     .clamp_fireflies = &backend::ClampFireflies, .compress_light = &backend::CompressLight,        \
     .expand_light = &backend::ExpandLight, .find_taps = &backend::FindTaps,                        \
     .fetch_history = &backend::FetchHistory, .compare_with_history = &backend::CompareWithHistory, \
-    .correct_history = &backend::CorrectHistory, .limit_history = &backend::LimitHistory,          \
-    .accumulate = &backend::Accumulate, .merge_future = &backend::MergeFuture,                     \
-    .estimate_variance = &backend::EstimateVariance, .mix_pilot = &backend::MixPilot,              \
-    .smooth_variance = &backend::SmoothVariance,                                                   \
+    .measure_change = &backend::MeasureChange, .correct_history = &backend::CorrectHistory,        \
+    .limit_history = &backend::LimitHistory, .accumulate = &backend::Accumulate,                   \
+    .merge_future = &backend::MergeFuture, .estimate_variance = &backend::EstimateVariance,        \
+    .mix_pilot = &backend::MixPilot, .smooth_variance = &backend::SmoothVariance,                  \
     .prefilter_variance = &backend::PrefilterVariance, .atrous = &backend::Atrous,                 \
     .clip_outliers = &backend::ClipOutliers, .measure_energy = &backend::MeasureEnergy,            \
     .restore_energy = &backend::RestoreEnergy, .measure_mirrors = &backend::MeasureMirrors,        \

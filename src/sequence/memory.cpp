@@ -13,21 +13,21 @@
 namespace stillray {
 namespace {
 
-/// Of frame, histories and work planes, measured and rounded up: 800, and 450 for the layer of
+/// Of frame, histories and work planes, measured and rounded up: 900, and 450 for the layer of
 /// reflections whose image moves otherwise than their surface (io/curved_images.h), which is not
 /// known from the header.
-constexpr int64_t kBytesPerPixel = 1250;
+constexpr int64_t kBytesPerPixel = 1350;
 /// A channel is held once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
 /// Window::kBoth: the backward denoiser and its frame, likewise.
-constexpr int64_t kBytesPerPixelBackward = 1200;
+constexpr int64_t kBytesPerPixelBackward = 1300;
 
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
-constexpr int64_t kBytesPerPixelOfPasses = 1250;
+constexpr int64_t kBytesPerPixelOfPasses = 1450;
 
 /// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up. The same again
 /// backward.
-constexpr int64_t kBytesPerPixelOfAlpha = 600;
+constexpr int64_t kBytesPerPixelOfAlpha = 700;
 
 /// Of the light of one future, and of its alpha.
 int64_t BytesPerPixelOfFuture(const SequenceOptions& options) {

@@ -15,7 +15,10 @@
 #include "denoise/stage_table.h"
 #include "denoise/stages/atrous.h"
 #include "denoise/stages/select_guides_shared.h"
+#include "denoise/test_frames.h"
+#include "every_target.h"
 #include "stage_planes.h"
+#include "stage_test.h"
 
 namespace stillray::limit_history_test {
 namespace {
@@ -69,6 +72,15 @@ void RunLevels(const StageTable& stages, int levels, Limited* all) {
   }
 }
 
+/// The wide change of every signal.
+void RunWideLevel(const StageTable& stages, Limited* all) {
+  for (ComparedPlanes& c : all->compared) {
+    stages.measure_change(c.work, &c);
+    const AtrousSignal signal = {&c.light.colour, &c.light.variance, &c.wide, nullptr, &c.valid};
+    stages.atrous({&signal, 1}, all->coarse, kWideLevel, test::DefaultPlan().compared);
+  }
+}
+
 /// All of limit_history, as the denoiser runs it.
 Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
                  const SignalHistory& history, const ReprojectionTaps& taps,
@@ -90,6 +102,7 @@ Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
   }
   stages.compare_with_history(signals, taps, guides, roughness, &all.coarse);
   RunLevels(stages, kCorrectHistoryLevels, &all);
+  RunWideLevel(stages, &all);
   for (ComparedPlanes& compared : all.compared) {
     stages.correct_history(compared.work, p, &compared);
   }
@@ -344,6 +357,117 @@ TEST(LimitHistoryStage, WithoutCorrectionTheChangeShortensTheHistory) {
       ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](x, y), 8), 1) << x << " " << y;
     }
   }
+}
+
+// Against sums in double precision.
+TEST(LimitHistoryStage, TheWideRatioIsTheMeanChangeBeyondItsNoise) {
+  const std::vector<double> changes = {0.1, 0.12, 0.08, 0.11, 0.09, 0.1, 0.05, 0.15};
+  const auto known = static_cast<double>(changes.size());
+  double mean = 0;
+  double square = 0;
+  for (const double change : changes) {
+    mean += change / known;
+    square += change * change / known;
+  }
+  const double overlap = 27.0 * 27.0 / (13 * 13);
+  const double scatter = 3 * (square - mean * mean);
+  const auto expected = [&](double noise) {
+    return mean * (1 - (overlap * noise / known + 0.003 * 0.003) / (mean * mean));
+  };
+  const auto ratio = [](double m, double s, double variance, double weights2) {
+    return WideRatio(static_cast<float>(m), static_cast<float>(s), static_cast<float>(variance),
+                     static_cast<float>(weights2));
+  };
+  EXPECT_NEAR(ratio(mean, square, 0, 1 / known), std::exp(expected(scatter)), 1e-6);
+  EXPECT_NEAR(ratio(-mean, square, 0, 1 / known), std::exp(-expected(scatter)), 1e-6);
+  const double variance = 4 * scatter;
+  EXPECT_NEAR(ratio(mean, square, variance, 1 / known),
+              std::exp(expected(static_cast<double>(kWideNoise) * variance)), 1e-6);
+  // Neighbourhoods that disagree, or are noisy; a change of a rounding error's size; too few.
+  EXPECT_EQ(ratio(0.1, 0.04, 0, 0.1), 1);
+  EXPECT_EQ(ratio(0.1, 0.01, 0.2, 0.1), 1);
+  EXPECT_EQ(ratio(0.002, 0.002 * 0.002, 0, 0.04), 1);
+  EXPECT_EQ(ratio(0.1, 0.01, 0, 0.2), 1);
+  EXPECT_EQ(ratio(0, 0, 0, 0), 1);
+  EXPECT_NEAR(ChangeVariance(0.04f, 2), 0.01, 1e-8);
+  EXPECT_EQ(ChangeVariance(0.04f, 0), 1);
+}
+
+TEST(LimitHistoryStage, TheWideRatioComesBeforeThatOfTheBlock) {
+  // What is left of a factor of 1.5 after a wide one of 1.4 is significant, by its noise.
+  const double left = 1.5 - 1.4;
+  const double share = 1 - 1.75 * 1e-3 / (left * left);
+  EXPECT_NEAR(CorrectedRatio(1.5f, 1.0f, 1e-3f, 1.4f), 1.4 * (1 + share * left / 1.4), 1e-5);
+  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.4f), 1.4f);  // noise alone is left
+  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.0f), 1.0f);
+}
+
+TEST(LimitHistoryStage, VersionsOfWideChangesAgree) {
+  ComparedPlanes planes(37, 21);
+  for (int c = 0; c < 2; ++c) {
+    planes.work.colour[c] = test::MakePlane(
+        37, 21, [&](int x, int y) { return 0.01f + test::RandomAt(x, y, 7 + c); }, kComparedBorder);
+  }
+  planes.work.colour[0](3, 3) = 0;
+  planes.work.colour[1](4, 3) = 0;
+  planes.work.colour[0](5, 3) = 1e9f;
+  planes.work.variance.Fill(1e-3f);
+  planes.compressed.colour[0].Fill(0.4f);
+  planes.compressed.colour[1].Fill(0.5f);
+  planes.valid = test::MakePlane(
+      37, 21, [](int x, int y) { return (x + y) % 5 == 0 ? 0.0f : 1.0f; }, kComparedBorder);
+  ComparedPlanes expected = planes;
+  reference::MeasureChange(expected.work, &expected);
+  EXPECT_EQ(expected.light.colour[0](5, 3), kMostChange);
+  const auto correct = [](const StageTable& stages, ComparedPlanes of) {
+    of.wide.colour = of.light.colour;  // changes of all sizes
+    of.wide.variance.Fill(0.04f);
+    stages.correct_history(of.work, Limits(1, 4, 8), &of);
+    return of.ratio;
+  };
+  const Image1 expected_ratio = correct(kReferenceStages, expected);
+  test::OnEveryTarget([&] {
+    ComparedPlanes found = planes;
+    cpu::MeasureChange(found.work, &found);
+    for (int c = 0; c < 2; ++c) {
+      test::ExpectNear(found.light.colour[c], expected.light.colour[c], 1e-5, 1e-6);
+    }
+    test::ExpectNear(found.light.variance, expected.light.variance, 0);
+    test::ExpectNear(correct(kCpuStages, found), expected_ratio, 1e-4);
+  });
+}
+
+/// A wall under noisy light, which is multiplied by a factor in every frame.
+Frame MakeDimmingWall(int index, float factor) {
+  Frame f = test::MakeWall(160, 120, index);
+  const float light = std::pow(factor, static_cast<float>(index));
+  test::FillImage<3>(&test::Light(&f, SignalKind::kDirectDiffuse), [&](int x, int y, int) {
+    return light * (1 + 1.6f * (test::RandomAt(x, y, static_cast<uint32_t>(index)) - 0.5f));
+  });
+  return f;
+}
+
+/// The mean of the picture after many frames, over that of the light.
+double Lag(float factor) {
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  Denoiser d = Denoiser::Create(s).value();
+  DenoisedFrame out;
+  double sum = 0;
+  for (int i = 0; i < 40; ++i) {
+    EXPECT_TRUE(d.Denoise(MakeDimmingWall(i, factor), &out).ok());
+    // Of the last frames: the mean of one varies by a tenth of a percent.
+    const auto light = std::pow(static_cast<double>(factor), i);
+    sum += i >= 32 ? test::MeanOf(out.colour) / light / 8 : 0.0;
+  }
+  return sum;
+}
+
+// By less per frame than the noise of the neighbourhoods of correct_history.
+TEST(LimitHistoryStage, SlowChangesOfAllLightAreFollowed) {
+  EXPECT_NEAR(Lag(1), 1, 0.002);
+  EXPECT_NEAR(Lag(0.995f), 1, 0.008);
+  EXPECT_NEAR(Lag(1.005f), 1, 0.008);
 }
 
 /// The planes before correct_history of a history that rises by dx and dy per block.

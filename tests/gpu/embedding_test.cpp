@@ -243,7 +243,7 @@ TEST_F(Embedding, FramesHaveAKnownNumberOfDispatchesAndBarriers) {
   };
   auto upload = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));
   for (const Known& known : {Known{"temporal", 8, 8}, Known{"svgf", 19, 19}, Known{"psvgf", 20, 20},
-                             Known{"default", 47, 42}}) {
+                             Known{"default", 49, 44}}) {
     Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), options(known.preset));
     ASSERT_TRUE(made.ok()) << made.status().message();
     for (int i = 0; i < 4; ++i) {

@@ -23,7 +23,7 @@ namespace {
 constexpr int64_t kLastFrame = 99'999'999;
 /// Memory of frame, histories and work planes, measured and rounded up, to reject sizes that would
 /// exhaust the machine's memory.
-constexpr int64_t kBytesPerPixel = 700;
+constexpr int64_t kBytesPerPixel = 800;
 /// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
 /// A third frame that is traced meanwhile: all planes of a Frame with four signals, and a

@@ -33,4 +33,19 @@ void RunComparedLevels(const CpuPipeline& p, int levels, int mask, LayerWork* wo
   }
 }
 
+void RunWideLevel(const CpuPipeline& p, LayerWork* work) {
+  std::array<AtrousSignal, kMostGroups> signals;
+  const auto count = static_cast<size_t>(p.plan.limit_history.wide_signals);
+  for (size_t i = 0; i < work->compared.size(); ++i) {
+    ComparedPlanes& c = work->compared[i];
+    if (i < count) {
+      p.stages.measure_change(c.work, &c);
+      signals[i] = {&c.light.colour, &c.light.variance, &c.wide, nullptr, &c.valid};
+    } else {
+      c.wide.variance.Fill(1);  // a single neighbourhood: no change
+    }
+  }
+  p.stages.atrous({signals.data(), count}, work->coarse, kWideLevel, p.plan.compared);
+}
+
 }  // namespace stillray

@@ -19,4 +19,7 @@ void MakeCoarsePlanes(const GuidePlanes& guides, size_t signals, LayerWork* work
 /// \param mask  bit s: of signal s
 void RunComparedLevels(const CpuPipeline& p, int levels, int mask, LayerWork* work);
 
+/// The wide change of each signal, from the light that the levels of correct_history have averaged.
+void RunWideLevel(const CpuPipeline& p, LayerWork* work);
+
 }  // namespace stillray

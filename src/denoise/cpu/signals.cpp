@@ -176,6 +176,9 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
                 "the results lie in `work` and in `light`");
   if (p.plan.limit_history.correct_history != 0) {
     RunComparedLevels(p, kCorrectHistoryLevels, kAllSignals, work);
+    if (p.plan.limit_history.wide_signals > 0) {
+      RunWideLevel(p, work);
+    }
   }
   for (ComparedPlanes& compared : work->compared) {
     p.stages.correct_history(compared.work, p.plan.limit_history, &compared);

@@ -565,7 +565,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   }
   const VF alpha = Alpha(in, p, n.longest, x, y);
   const bool clamps_light = rows.texture.albedo[1][0] != nullptr;
-  VF albedo[3];
+  VF albedo[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   if (clamps_light) {
     sample({*in.texture->before, in.texture->spline}, albedo);
     ClampAlbedo<kInner>(rows, in, x, y, albedo);

@@ -9,6 +9,8 @@
 #include "core/shared.h"
 #endif
 
+#include "denoise/stages/light_change_shared.h"
+
 SHARED_BEGIN
 
 // Light is compared at one pixel of each block of this many pixels a side.
@@ -34,8 +36,7 @@ const float kMostMotionApart = 0.1f;
 const float kFollowNoise = 4.0f;
 // A mean change of this size is noise, as logarithm per frame.
 const float kFollowLeast = 0.006f;
-// Bounds of the change of a block and of the change that is followed, as logarithms.
-const float kMostChange = 1.0f;
+// Bound of the change that is followed, as logarithm.
 const float kMostFollowed = 0.6931472f;
 
 SHARED_FN int FollowSize(int size) {
@@ -59,22 +60,14 @@ SHARED_FN bool IsBesideSurface(float here, float a, float b) {
   return abs(a + b - 2.0f * here) > kFollowStep * here;
 }
 
-// Logarithm of the ratio of light to what it was.
-SHARED_FN float LightChange(float light, float before) {
-  bool both = light > 1e-20f && before > 1e-20f;
-  return both ? clamp(log(light / before), -kMostChange, kMostChange) : 0.0f;
-}
-
-// Logarithm of the ratio by which the last picture is multiplied: the mean of the changes of
-// blocks, shrunk towards none as far as their noise explains it (James and Stein 1961). Light that
-// moves or dims changes its whole surroundings, the noise of the filter does not.
+// Logarithm of the ratio by which the last picture is multiplied, from the changes of blocks. Light
+// that moves or dims changes its whole surroundings, the noise of the filter does not.
 SHARED_FN float FollowedChange(float sum, float squares, float known) {
-  float mean = sum / max(known, 1.0f);
-  float square = mean * mean;
-  float variance = max(squares / max(known, 1.0f) - square, 0.0f) / max(known, 1.0f);
-  float noise = kFollowNoise * variance + kFollowLeast * kFollowLeast;
-  float significance = max(1.0f - noise / max(square, 1e-12f), 0.0f);
-  float followed = clamp(mean * significance, -kMostFollowed, kMostFollowed);
+  float count = max(known, 1.0f);
+  float mean = sum / count;
+  float noise =
+      kFollowNoise * VarianceOfChange(mean, squares / count, known) + kFollowLeast * kFollowLeast;
+  float followed = clamp(ShrunkenChange(mean, noise), -kMostFollowed, kMostFollowed);
   return known >= kFollowKnown ? followed : 0.0f;
 }
 

@@ -241,6 +241,60 @@ HWY_INLINE VF RatioOf(VF present, VF before, VF noise) {
   return hn::IfThenElse(hn::Gt(before, least), bounded, one);
 }
 
+/// LightChange.
+HWY_INLINE VF ChangeOf(VF present, VF before) {
+  const DF d;
+  const VF least = hn::Set(d, 1e-20f);
+  const MF both = hn::And(hn::Gt(present, least), hn::Gt(before, least));
+  const VF one = hn::Set(d, 1.0f);
+  const VF quotient =
+      hn::Div(hn::IfThenElse(both, present, one), hn::IfThenElse(both, before, one));
+  const VF change = hn::Mul(hn::Set(d, 1.0f / kLog2E), Log2(quotient));
+  return hn::Min(hn::Max(change, hn::Set(d, -kMostChange)), hn::Set(d, kMostChange));
+}
+
+void MeasureChangeRows(const FilterPlanes& averaged, int begin, int end, ComparedPlanes* planes) {
+  const DF d;
+  const int width = planes->valid.width();
+  for (int y = begin; y < end; ++y) {
+    for (int x = 0; x < width; x += LaneCount()) {
+      const MF valid = hn::Gt(hn::LoadU(d, planes->valid.Row(y) + x), hn::Zero(d));
+      const VF change =
+          hn::IfThenElseZero(valid, ChangeOf(hn::LoadU(d, averaged.colour[0].Row(y) + x),
+                                             hn::LoadU(d, averaged.colour[1].Row(y) + x)));
+      StoreInRow(d, change, planes->light.colour[0].Row(y), x, width);
+      StoreInRow(d, hn::Mul(change, change), planes->light.colour[1].Row(y), x, width);
+      StoreInRow(d, hn::Set(d, 1.0f), planes->light.variance.Row(y), x, width);
+    }
+  }
+}
+
+/// ChangeVariance.
+HWY_INLINE VF VarianceOfNoise(VF noise, VF history) {
+  const DF d;
+  const VF deviation =
+      hn::Min(hn::Div(hn::Sqrt(hn::Max(noise, hn::Zero(d))), hn::Max(history, hn::Set(d, 1e-20f))),
+              hn::Set(d, kMostChange));
+  return hn::Mul(deviation, deviation);
+}
+
+/// WideRatio.
+HWY_INLINE VF WideRatioOf(VF mean, VF square, VF variance, VF weights2) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
+  const VF known = hn::Div(one, hn::Max(weights2, hn::Set(d, 1e-3f)));
+  const VF mean2 = hn::Mul(mean, mean);
+  const VF scatter = hn::Mul(hn::Set(d, kWideScatter), hn::Max(hn::Sub(square, mean2), zero));
+  const VF expected = hn::Mul(hn::Set(d, kWideNoise), variance);
+  const VF of_mean = hn::Div(hn::Max(scatter, expected), hn::Max(known, one));
+  const VF noise =
+      hn::MulAdd(hn::Set(d, kWideOverlap), of_mean, hn::Set(d, kWideLeast * kWideLeast));
+  const VF share = hn::Max(hn::Sub(one, hn::Div(noise, hn::Max(mean2, hn::Set(d, 1e-12f)))), zero);
+  const VF ratio = Exp2(hn::Mul(hn::Set(d, kLog2E), hn::Mul(mean, share)));
+  return hn::IfThenElse(hn::Ge(known, hn::Set(d, kWideKnown)), ratio, one);
+}
+
 /// ScaledCompressed.
 HWY_INLINE VF Scaled(VF c, VF ratio) {
   const DF d;
@@ -293,10 +347,13 @@ void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParamete
       const MF valid = hn::Gt(load(planes->valid, x), hn::Zero(d));
       VF ratio = one;
       if (corrects) {
-        ratio = hn::IfThenElse(valid,
-                               RatioOf(load(averaged.colour[0], x), load(averaged.colour[1], x),
-                                       load(averaged.variance, x)),
-                               one);
+        const FilterPlanes& changes = planes->wide;
+        const VF before = load(averaged.colour[1], x);
+        const VF expected = load(averaged.variance, x);
+        const VF wide = WideRatioOf(load(changes.colour[0], x), load(changes.colour[1], x),
+                                    VarianceOfNoise(expected, before), load(changes.variance, x));
+        const VF left = RatioOf(load(averaged.colour[0], x), hn::Mul(before, wide), expected);
+        ratio = hn::IfThenElse(valid, hn::Mul(wide, left), one);
       }
       VF difference =
           hn::Sub(load(compressed.colour[0], x), Scaled(load(compressed.colour[1], x), ratio));
@@ -387,6 +444,7 @@ void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& p,
 namespace cpu {
 
 HWY_EXPORT(CompareRows);
+HWY_EXPORT(MeasureChangeRows);
 HWY_EXPORT(CorrectHistoryRows);
 HWY_EXPORT(LimitHistoryRows);
 
@@ -394,6 +452,12 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
                         const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse) {
   ParallelRows(CoarseSize(guides.id.height()), 16, [&](int begin, int end) {
     HWY_DYNAMIC_DISPATCH(CompareRows)(signals, taps, guides, roughness, begin, end, coarse);
+  });
+}
+
+void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes) {
+  ParallelRows(planes->valid.height(), 16, [&](int begin, int end) {
+    HWY_DYNAMIC_DISPATCH(MeasureChangeRows)(averaged, begin, end, planes);
   });
 }
 

@@ -7,13 +7,15 @@
 /// Most change is smooth: a lamp comes nearer, a wall gets brighter, and the detail of the history
 /// stays right up to a factor. correct_history multiplies the history by the ratio of present to
 /// history, both averaged over some fifty pixels of the same surface, as far as their difference is
-/// significant. limit_history treats what is left, at the fronts of shadows above all: it compares
-/// the compressed luminances of present and corrected history over some twenty pixels; the excess
-/// of their squared difference over its expected noise estimates the squared bias, from which a
-/// Kalman gain determines the number of samples that such a history is worth. The history holds the
-/// mean of compressed samples, not the compressed mean: a mean of few bright samples compresses to
-/// a higher value than the mean of the compressed samples, so that sparse light would always seem
-/// to change.
+/// significant. A lamp that dims changes its wide surroundings alike, by less than the noise of
+/// fifty pixels in each frame: so the change is averaged over 160 pixels first, and its
+/// significance is judged by the scatter of the changes in there. limit_history treats what is
+/// left, at the fronts of shadows above all: it compares the compressed luminances of present and
+/// corrected history over some twenty pixels; the excess of their squared difference over its
+/// expected noise estimates the squared bias, from which a Kalman gain determines the number of
+/// samples that such a history is worth. The history holds the mean of compressed samples, not the
+/// compressed mean: a mean of few bright samples compresses to a higher value than the mean of the
+/// compressed samples, so that sparse light would always seem to change.
 ///
 /// All averages are computed on a grid of half the resolution, by geometry-only wavelet levels with
 /// kernels of equal weights. Border of the full planes: that of the wavelet.
@@ -36,7 +38,9 @@ inline constexpr int kComparedSteps[kCorrectHistoryLevels] = {1, 3, 9};
 inline AtrousLevel ComparedLevel(int level) {
   return {kAtrousGeometry, 1, kComparedSteps[level], /*box=*/true};
 }
-inline constexpr int kComparedBorder = kComparedSteps[kCorrectHistoryLevels - 1];
+/// Averages the changes of the wide surroundings.
+inline constexpr AtrousLevel kWideLevel = {kAtrousGeometry, 2, kWideStep, /*box=*/true};
+inline constexpr int kComparedBorder = kWideLevel.radius * kWideStep;
 
 /// Pixels of the coarse grid along a side.
 constexpr int CoarseSize(int size) {
@@ -51,21 +55,23 @@ struct ComparedPlanes {
   /// samples; variance: expected noise of the difference.
   FilterPlanes compressed;
   FilterPlanes work;
-  Image1 valid;  ///< 1 where both exist in some pixel of the block
-  Image1 ratio;  ///< HistoryRatio; 1 without either
-  Image1 bias;   ///< RelativeBias; 0 without either
+  FilterPlanes wide;  ///< LightChange (luminance) and its square (red); variance: of its weights
+  Image1 valid;       ///< 1 where both exist in some pixel of the block
+  Image1 ratio;       ///< HistoryRatio; 1 without either
+  Image1 bias;        ///< RelativeBias; 0 without either
 
   ComparedPlanes() = default;
   ComparedPlanes(int width, int height)
       : light(width, height, kComparedBorder),
         compressed(width, height, kComparedBorder),
         work(width, height, kComparedBorder),
+        wide(width, height, kComparedBorder),
         valid(width, height, kComparedBorder),
         ratio(width, height, kComparedBorder),
         bias(width, height, kComparedBorder) {}
   size_t bytes() const {
-    return light.bytes() + compressed.bytes() + work.bytes() + valid.bytes() + ratio.bytes() +
-           bias.bytes();
+    return light.bytes() + compressed.bytes() + work.bytes() + wide.bytes() + valid.bytes() +
+           ratio.bytes() + bias.bytes();
   }
 };
 
@@ -93,9 +99,19 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
                         const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse);
 }
 
-/// Between the levels: the ratio from the `averaged` light (1 if the parameters turn it off), and
-/// in `light` the input of limit_history's levels: compressed present minus corrected history
-/// (luminance), variance of single samples (red) and noise of the difference.
+/// After the levels of correct_history: in `light` the input of kWideLevel, from the `averaged`
+/// light.
+namespace reference {
+void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
+}
+namespace cpu {
+void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
+}
+
+/// Between the levels: the ratio from the `averaged` light and the `wide` change (1 if the
+/// parameters turn it off), and in `light` the input of limit_history's levels: compressed present
+/// minus corrected history (luminance), variance of single samples (red) and noise of the
+/// difference.
 namespace reference {
 void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& parameters,
                     ComparedPlanes* planes);

@@ -111,16 +111,34 @@ Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& 
 
 }  // namespace
 
+void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes) {
+  for (int y = 0; y < planes->valid.height(); ++y) {
+    for (int x = 0; x < planes->valid.width(); ++x) {
+      const float change = planes->valid(x, y) > 0
+                               ? LightChange(averaged.colour[0](x, y), averaged.colour[1](x, y))
+                               : 0.0f;
+      planes->light.colour[0](x, y) = change;
+      planes->light.colour[1](x, y) = change * change;
+      planes->light.variance(x, y) = 1;
+    }
+  }
+}
+
 void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& p,
                     ComparedPlanes* planes) {
   const FilterPlanes& compressed = planes->compressed;
   const bool corrects = p.correct_history != 0;
   for (int y = 0; y < planes->ratio.height(); ++y) {
     for (int x = 0; x < planes->ratio.width(); ++x) {
-      const float ratio = corrects && planes->valid(x, y) > 0
-                              ? HistoryRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
-                                             averaged.variance(x, y))
-                              : 1.0f;
+      float ratio = 1;
+      if (corrects && planes->valid(x, y) > 0) {
+        const FilterPlanes& changes = planes->wide;
+        const float variance = ChangeVariance(averaged.variance(x, y), averaged.colour[1](x, y));
+        const float wide = WideRatio(changes.colour[0](x, y), changes.colour[1](x, y), variance,
+                                     changes.variance(x, y));
+        ratio = CorrectedRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
+                               averaged.variance(x, y), wide);
+      }
       const Jittered jittered = JitteredAt(*planes, p, x, y);
       planes->ratio(x, y) = ratio;
       planes->light.colour[0](x, y) = compressed.colour[0](x, y) -

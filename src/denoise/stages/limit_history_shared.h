@@ -10,6 +10,7 @@
 #endif
 
 #include "denoise/stages/edge_stopping_shared.h"
+#include "denoise/stages/light_change_shared.h"
 #include "denoise/stages/select_guides_shared.h"
 
 SHARED_BEGIN
@@ -21,6 +22,7 @@ SHARED_BLOCK(LimitHistoryParameters) {
   int has_roughness;  // a device's image of it
   float jitter_x;     // where this frame's rays go, from the centres of the pixels
   float jitter_y;
+  int wide_signals;  // whose wide change is measured, the first ones
 };
 
 // Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
@@ -151,6 +153,44 @@ SHARED_FN float ShrunkenRatio(float present, float before, float noise) {
 // Ratio of present to history.
 SHARED_FN float HistoryRatio(float present, float history, float noise) {
   return ShrunkenRatio(present, history, kRatioNoise * noise);
+}
+
+// The change over the wide surroundings of a block is the mean over 5x5 neighbourhoods of
+// HistoryRatio, this many blocks apart, as far as they are of the same surface ...
+const int kWideStep = 13;
+// ... of which more than this many are there. Neighbourhoods are 27 blocks wide, and overlap: this
+// many are worth an independent one.
+const float kWideKnown = 5.5f;
+const float kWideOverlap = 27.0f * 27.0f / float(kWideStep * kWideStep);
+// What counts as noise: variances of the mean by the scatter of the changes, which is large where
+// the light changes differently in places; by the noise of the neighbourhoods, of which scatter
+// shows little on small surfaces; and a mean of this size.
+const float kWideScatter = 3.0f;
+const float kWideNoise = 1.0f;
+const float kWideLeast = 0.003f;
+
+// Variance of the change of a neighbourhood.
+// \param noise  expected squared difference of present and history
+SHARED_FN float ChangeVariance(float noise, float history) {
+  float deviation = min(sqrt(max(noise, 0.0f)) / max(history, 1e-20f), kMostChange);
+  return deviation * deviation;
+}
+
+// \param mean, square  of the changes and their squares
+// \param variance      ChangeVariance at the block
+// \param weights2      sum of the squares of their weights
+// \return the ratio of present to history
+SHARED_FN float WideRatio(float mean, float square, float variance, float weights2) {
+  float known = 1.0f / max(weights2, 1e-3f);
+  float scatter = kWideScatter * VarianceOfChange(mean, square, known);
+  float noise = kWideNoise * variance / max(known, 1.0f);
+  float change = ShrunkenChange(mean, kWideOverlap * max(scatter, noise) + kWideLeast * kWideLeast);
+  return known >= kWideKnown ? exp(change) : 1.0f;
+}
+
+// Ratio of present to history, from that of the wide surroundings and what is left of it.
+SHARED_FN float CorrectedRatio(float present, float history, float noise, float wide) {
+  return wide * HistoryRatio(present, history * wide, noise);
 }
 
 // The compressed luminance of light times a ratio: exact for a single value.

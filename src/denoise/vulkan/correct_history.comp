@@ -9,8 +9,9 @@
 
 layout(set = 1, binding = 0) uniform texture2DArray averaged;
 layout(set = 1, binding = 1) uniform texture2DArray compressed;
-layout(set = 1, binding = 2, SCALAR_FORMAT) writeonly uniform image2DArray ratio_out;
-layout(set = 1, binding = 3, LIGHT_FORMAT) writeonly uniform image2DArray compared_out;
+layout(set = 1, binding = 2) uniform texture2DArray wide;
+layout(set = 1, binding = 3, SCALAR_FORMAT) writeonly uniform image2DArray ratio_out;
+layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray compared_out;
 
 // The compressed history of a block; `here` without one, and outside.
 float HistoryAt(ivec2 block, int s, float here) {
@@ -39,9 +40,16 @@ void main() {
     ivec3 at = ivec3(block, s);
     vec4 light = texelFetch(averaged, at, 0);
     vec4 c = texelFetch(compressed, at, 0);
-    float ratio = limit_history.correct_history != 0 && IsValid(c.w)
-                      ? HistoryRatio(light.x, light.y, VarianceOf(light.w))
-                      : 1.0f;
+    float ratio = 1.0f;
+    if (limit_history.correct_history != 0 && IsValid(c.w)) {
+      float of_wide = 1.0f;
+      if (s < limit_history.wide_signals) {
+        vec4 change = texelFetch(wide, at, 0);
+        of_wide = WideRatio(change.x / kChangeScale, change.y / (kChangeScale * kChangeScale),
+                            ChangeVariance(VarianceOf(light.w), light.y), VarianceOf(change.w));
+      }
+      ratio = CorrectedRatio(light.x, light.y, VarianceOf(light.w), of_wide);
+    }
     float difference = ratio != 1.0f ? c.x + (c.y - ScaledCompressed(c.y, ratio)) : c.x;
     float deviation = c.w;
     if (any(notEqual(jitter, vec2(0.0f))) && IsValid(c.w)) {

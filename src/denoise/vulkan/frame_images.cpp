@@ -92,6 +92,7 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
     images.compared[1] = adder.Add(light, width, height, n);
     if (shape.with_compressed) {
       images.compressed_light = adder.Add(light, width, height, n);
+      images.wide = adder.Add(light, width, height, n);
       images.ratio = adder.Add(scalar, width, height, n);
     }
   }

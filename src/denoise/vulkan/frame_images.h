@@ -61,6 +61,7 @@ struct FrameImages {
   GuideImages coarse;  ///< of limit_history and restore_energy, at half the size, as the next
   const gpu::Image* compared[2] = {};  ///< see compare_history.comp
   const gpu::Image* compressed_light = nullptr;
+  const gpu::Image* wide = nullptr;  ///< of limit_history: changes of the wide surroundings
   const gpu::Image* ratio = nullptr;
   const gpu::Image* wavelet[2] = {};  ///< luminance, red, blue, deviation (negative: no light)
   const gpu::Image* luminance_factor = nullptr;

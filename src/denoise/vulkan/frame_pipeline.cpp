@@ -13,9 +13,11 @@
 //   suppress_fireflies   new light                           new light                 8 n, 8 n  (only when clamped)
 //   reproject            guides, history, confidence         fetched history           36 + 18 n, 18 n
 //   update_compression   sums                                scales                    (the first frame, only for limit_history)
-//   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n  (only for limit_history, as the next four)
+//   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n  (only for limit_history, as the next six)
 //   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
-//   correct_history      compared                            compared, ratio           4 n, 3 n
+//   measure_change       compared                            compared                  2 n, 2 n
+//   atrous, wide         compared, coarse guides             changes                   4 + 2 n, 2 n
+//   correct_history      compared, changes                   compared, ratio           6 n, 3 n
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
 //   limit_history        compared, ratio, guides             limits                    18 + 18 n, 8 n
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
@@ -262,6 +264,9 @@ Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
   for (int level = 0; level < kCorrectHistoryLevels; ++level) {
     STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(ComparedLevel(level), 0, true)));
   }
+  if (settings.limit_history && settings.correct_history) {
+    STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(kWideLevel, 0, true)));
+  }
   for (int level = 0; level < kKeepSamplesLevels; ++level) {
     STILLRAY_RETURN_IF_ERROR(MakeAtrous(AtrousConstants(GeometryLevel(level))));
   }
@@ -379,6 +384,18 @@ void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorde
   }
 }
 
+/// The wide change, from the light in the second image of the coarse grid.
+void FramePipeline::RunWideLevel(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  recorder->Run(Shader::kMeasureChange, CoarseGrid(), {i.compared[1], i.compared[0]});
+  const LevelPush push = {kWideLevel.step, 0, 1};
+  recorder->CountAs("limit_history");
+  RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
+            {i.coarse.surface, i.coarse.detail, i.compared[0], i.luminance_factor, i.nothing,
+             i.turn2, i.wide},
+            push, AtrousConstants(kWideLevel, 0, true), recorder);
+}
+
 /// Compares the new light with its history, and writes the result to the second image of the
 /// wavelet.
 void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) {
@@ -391,9 +408,12 @@ void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) 
                 "the results lie in the second and in the first image");
   if (plan.limit_history.correct_history != 0) {
     RunComparedLevels("limit_history", kCorrectHistoryLevels, recorder);
+    if (plan.limit_history.wide_signals > 0) {
+      RunWideLevel(recorder);
+    }
   }
   recorder->Run(Shader::kCorrectHistory, CoarseGrid(),
-                {i.compared[1], i.compressed_light, i.ratio, i.compared[0]});
+                {i.compared[1], i.compressed_light, i.wide, i.ratio, i.compared[0]});
   RunComparedLevels("limit_history", kLimitHistoryLevels, recorder);
   recorder->Run(Shader::kLimitHistory, grid_,
                 {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[0], i.ratio,

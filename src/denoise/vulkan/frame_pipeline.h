@@ -146,6 +146,7 @@ class FramePipeline {
   Status MakeAtrousPipelines(const Settings& settings);
   Status MakeAtrous(std::span<const uint32_t> constants);
   void RunComparedLevels(const char* stage, int levels, PassRecorder* recorder);
+  void RunWideLevel(PassRecorder* recorder);
   void BeginEnergy(PassRecorder* recorder);
   void RestoreEnergy(const gpu::Image* out, PassRecorder* recorder);
 

@@ -6,6 +6,9 @@
 // halves.
 const float kSingleScale = 65536.0f;
 
+// That of changes and, squared, of their squares: small ones are precise in halves.
+const float kChangeScale = 16.0f;
+
 // Blocks along each side.
 ivec2 CoarseSize() {
   return (Size() + 1) / 2;

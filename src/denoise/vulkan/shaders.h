@@ -33,6 +33,7 @@ enum class Shader : uint8_t {
   kReproject,
   kUpdateCompression,
   kCompareHistory,
+  kMeasureChange,
   kCorrectHistory,
   kLimitHistory,
   kAccumulate,

@@ -1,0 +1,26 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+#version 450
+#extension GL_GOOGLE_include_directive : require
+
+// limit_history, MeasureChange: see stages/limit_history.h. One invocation per block.
+#include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/limit_history.glsl"
+
+layout(set = 1, binding = 0) uniform texture2DArray averaged;
+layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2DArray change_out;
+
+void main() {
+  ivec2 block = ivec2(gl_GlobalInvocationID.xy);
+  if (any(greaterThanEqual(block, CoarseSize()))) {
+    return;
+  }
+  for (int s = 0; s < SignalCount(); ++s) {
+    ivec3 at = ivec3(block, s);
+    vec4 light = texelFetch(averaged, at, 0);
+    bool valid = IsValid(light.w);
+    float change = valid ? kChangeScale * LightChange(light.x, light.y) : 0.0f;
+    imageStore(change_out, at,
+               Stored(vec4(change, change * change, 0.0f, PackDeviation(1.0f, valid))));
+  }
+}
