@@ -249,7 +249,7 @@ Status CheckDevice(const InstanceFunctions& vk, VkPhysicalDevice device) {
                       properties.deviceName, name));
     }
   }
-  constexpr uint32_t kMostSampled = 36;
+  constexpr uint32_t kMostSampled = 37;
   constexpr uint32_t kMostStored = 8;
   const VkPhysicalDeviceLimits& limits = properties.limits;
   if (limits.maxPerStageDescriptorSampledImages < kMostSampled ||

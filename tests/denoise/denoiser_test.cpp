@@ -389,7 +389,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
   };
   const std::vector<Move> moves = {
       {"fill_guides", "off", {}},
-      {"normals", "octahedral", {}},
+      {"normals", "octahedral", {{"sigma_n", "1024"}, {"curvature", "0"}}},
       {"signals", "single", {}},
       {"demodulate", "off", {}},
       {"firefly", "clamp", {}},

@@ -135,13 +135,18 @@ TEST(StagesTogether, TapsSideBySideAreToldPerVector) {
 
 /// Albedos of this frame and the last one, and lengths of light, some of them short.
 struct Texture {
-  Texture() : albedo(kWidth, kHeight), before(RandomImage(150)), length(kWidth, kHeight, 3) {
+  Texture()
+      : albedo(kWidth, kHeight),
+        before(RandomImage(150)),
+        length(kWidth, kHeight, 3),
+        depth_before(kWidth, kHeight) {
     const Image3 parts[2] = {RandomImage(140), RandomImage(160)};
     const Image3* const albedos[2] = {&parts[0], &parts[1]};
     reference::SumAlbedo(albedos, &albedo);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         length(x, y) = static_cast<float>((x / 3 + y) % 9);
+        depth_before(x, y) = (x / 11 + y / 7) % 2 == 0 ? 0.2f : 0.25f;
       }
     }
   }
@@ -149,6 +154,7 @@ struct Texture {
   SummedAlbedo albedo;
   Image3 before;
   Image1 length;
+  Image1 depth_before;  ///< edges of both surfaces in places
 };
 
 // In vectors of one motion, of several, and of as many as pixels.
@@ -197,7 +203,8 @@ TEST(Antialias, ClampsTheLightOfAnyMotion) {
       AntialiasInput in = {previous, motion, guides, spline};
       in.length = &texture.length;
       Image3 expected_albedo(kWidth, kHeight);
-      AntialiasTexture of = {texture.albedo, before, spline, &expected_albedo};
+      AntialiasTexture of = {texture.albedo, before, spline, &expected_albedo,
+                             &texture.depth_before};
       in.texture = &of;
       Image3 expected(kWidth, kHeight);
       reference::Antialias(colour, in, p, &expected);
@@ -242,7 +249,8 @@ TEST(StagesTogether, AntialiasParts) {
     const Texture texture;
     Image3 albedo_apart(kWidth, kHeight);
     Image3 albedo_together(kWidth, kHeight);
-    AntialiasTexture of = {texture.albedo, &texture.before, nullptr, &albedo_apart};
+    AntialiasTexture of = {texture.albedo, &texture.before, nullptr, &albedo_apart,
+                           &texture.depth_before};
     input.length = &texture.length;
     input.texture = &of;
     cpu::Antialias(picture, input, p, &apart);

@@ -45,11 +45,22 @@ TEST(TextureClamp, SurfacesOfAPlaneAndOthers) {
   EXPECT_FALSE(IsOnPlane(1.0f, gradient, 1.0f - 0.021f, vec2(0.0f, 0.0f)));
   EXPECT_FALSE(IsOnPlane(1.0f, gradient, 0.97f, vec2(1.0f, 1.0f)));
   EXPECT_TRUE(IsOnPlane(0.0f, vec2(0.0f, 0.0f), 0.0f, vec2(2.0f, 0.0f)));  // background
+  EXPECT_FALSE(WasBesideSurface(1.0f, 0.8f, 1.2f));
+  EXPECT_TRUE(WasBesideSurface(1.0f, 1.0f, 1.2f));
+  EXPECT_TRUE(WasBesideSurface(1.0f, 0.0f, 1.0f));
+  EXPECT_FALSE(WasBesideSurface(0.0f, 0.0f, 0.0f));
   EXPECT_TRUE(IsYoung(0, 0));
   EXPECT_TRUE(IsYoung(4, 1));
   EXPECT_FALSE(IsYoung(5, 1));
   EXPECT_TRUE(IsYoung(64, 16));
   EXPECT_TRUE(IsYoung(3, 0.1f));
+}
+
+TEST(TextureClamp, TheRangeOfThePictureIsWidenedByTheAlbedo) {
+  EXPECT_FLOAT_EQ(WidenedHigh(2.0f, 0.398f, 0.198f), 4.0f);
+  EXPECT_FLOAT_EQ(WidenedHigh(2.0f, 0.1f, 0.2f), 2.0f);  // never narrower
+  EXPECT_FLOAT_EQ(WidenedLow(2.0f, 0.098f, 0.198f), 1.0f);
+  EXPECT_FLOAT_EQ(WidenedLow(2.0f, 0.3f, 0.2f), 2.0f);
 }
 
 /// A wall without reflections. \param albedo  of a pixel

@@ -375,6 +375,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   }
   if (p.plan.has_albedo) {
     texture.before = &history->albedo;
+    texture.depth_before = &surface.previous_guides.inverse_depth;
     if (resamples) {
       p.stages.spline_coefficients(history->albedo, &work->albedo_spline);
       texture.spline = &work->albedo_spline;

@@ -469,45 +469,87 @@ HWY_INLINE MF BesideSurface(const RowsAround& rows, int x, int y, int width, int
   return hn::Or(vertically, sideways);
 }
 
-/// Clamps the previous albedo where it may be another surface's.
+/// A range of each channel.
+struct Ranges {
+  VF low[3];
+  VF high[3];
+};
+
+/// Of 3x3 pixels. \param rows  [row][channel]
 template <bool kInner>
-HWY_INLINE void ClampAlbedo(const RowsAround& rows, const AntialiasInput& in, int x, int y,
-                            VF albedo[3]) {
+HWY_INLINE Ranges RangesAround(const float* const (&rows)[3][3], int x, int width) {
   const DF d;
   const DI di;
-  const int width = in.previous.width();
+  Ranges range;
   for (int c = 0; c < 3; ++c) {
-    albedo[c] = hn::Min(hn::Max(albedo[c], hn::LoadU(d, rows.texture.low[c] + x)),
-                        hn::LoadU(d, rows.texture.high[c] + x));
-  }
-  const MF clamps =
-      hn::Or(YoungPixels(in, x, y), BesideSurface<kInner>(rows, x, y, width, in.previous.height()));
-  if (hn::AllFalse(d, clamps)) {
-    return;
-  }
-  for (int c = 0; c < 3; ++c) {
-    VF low = hn::LoadU(d, rows.texture.albedo[1][c] + x);
-    VF high = low;
+    range.low[c] = range.high[c] = hn::LoadU(d, rows[1][c] + x);
     for (int j = 0; j < 3; ++j) {
       for (int dx = -1; dx <= 1; ++dx) {
-        const float* row = rows.texture.albedo[j][c];
         const VI at = ClampColumns(hn::Add(ColumnNumbers(x), hn::Set(di, dx)), width);
-        const VF q = kInner ? hn::LoadU(d, row + x + dx) : hn::GatherIndex(d, row, at);
-        low = hn::Min(low, q);
-        high = hn::Max(high, q);
+        const VF q =
+            kInner ? hn::LoadU(d, rows[j][c] + x + dx) : hn::GatherIndex(d, rows[j][c], at);
+        range.low[c] = hn::Min(range.low[c], q);
+        range.high[c] = hn::Max(range.high[c], q);
       }
     }
-    albedo[c] = hn::IfThenElse(clamps, hn::Min(hn::Max(albedo[c], low), high), albedo[c]);
+  }
+  return range;
+}
+
+/// WasBesideSurface of the pixels of the last frame that are nearest to places.
+HWY_INLINE MF WereBesideSurface(const Image1& inverse_depth, const PreviousPlace& place) {
+  const DF d;
+  const DI di;
+  const VF half = hn::Set(d, 0.5f);
+  const VI x = hn::Add(place.x, hn::ConvertTo(di, hn::Floor(hn::Add(place.u, half))));
+  const VI y = hn::Add(place.y, hn::ConvertTo(di, hn::Floor(hn::Add(place.v, half))));
+  const VF here = GatherClamped(inverse_depth, x, y);
+  const VF twice = hn::Add(here, here);
+  VF most = hn::Zero(d);
+  for (int k = 1; k <= kTextureClear; ++k) {
+    const VI step = hn::Set(di, k);
+    const VF row = hn::Add(GatherClamped(inverse_depth, hn::Sub(x, step), y),
+                           GatherClamped(inverse_depth, hn::Add(x, step), y));
+    const VF column = hn::Add(GatherClamped(inverse_depth, x, hn::Sub(y, step)),
+                              GatherClamped(inverse_depth, x, hn::Add(y, step)));
+    most = hn::Max(most, hn::Max(hn::Abs(hn::Sub(row, twice)), hn::Abs(hn::Sub(column, twice))));
+  }
+  return hn::Gt(most, hn::Mul(hn::Set(d, kTextureStep), here));
+}
+
+/// Clamps the previous albedo to what may be this surface's.
+/// \param around  the range of the albedo
+template <bool kInner>
+HWY_INLINE void ClampAlbedo(const RowsAround& rows, const AntialiasInput& in, const Ranges& around,
+                            const PreviousPixels& at, int x, int y, VF albedo[3]) {
+  const DF d;
+  const MF beside = BesideSurface<kInner>(rows, x, y, in.previous.width(), in.previous.height());
+  const MF clamps = hn::Or(hn::Or(YoungPixels(in, x, y), beside),
+                           WereBesideSurface(*in.texture->depth_before, at.place));
+  for (int c = 0; c < 3; ++c) {
+    const VF inside = hn::Min(hn::Max(albedo[c], hn::LoadU(d, rows.texture.low[c] + x)),
+                              hn::LoadU(d, rows.texture.high[c] + x));
+    const VF own = hn::Min(hn::Max(inside, around.low[c]), around.high[c]);
+    albedo[c] = hn::IfThenElse(clamps, own, inside);
   }
 }
 
 /// Clamps the light of the previous picture by the previous albedo.
-HWY_INLINE void ClampLight(const Neighbourhood& n, const VF albedo[3], VF before[3]) {
+/// \param light, picture, albedos  ranges
+HWY_INLINE void ClampLight(const Neighbourhood& light, const Ranges& picture, const Ranges& albedos,
+                           const VF albedo[3], VF before[3]) {
   const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  const VF floor = hn::Set(d, kTextureFloor);
   for (int c = 0; c < 3; ++c) {
-    const VF divisor = hn::Add(albedo[c], hn::Set(d, kTextureFloor));
-    const VF light = hn::Div(before[c], divisor);
-    before[c] = hn::Mul(hn::Min(hn::Max(light, n.low[c]), n.high[c]), divisor);
+    const VF divisor = hn::Add(albedo[c], floor);
+    const VF own = hn::Div(before[c], divisor);
+    const VF clamped = hn::Mul(hn::Min(hn::Max(own, light.low[c]), light.high[c]), divisor);
+    const VF lower = hn::Div(divisor, hn::Add(albedos.low[c], floor));
+    const VF higher = hn::Div(divisor, hn::Add(albedos.high[c], floor));
+    const VF low = hn::Mul(picture.low[c], hn::Min(lower, one));     // WidenedLow
+    const VF high = hn::Mul(picture.high[c], hn::Max(higher, one));  // WidenedHigh
+    before[c] = hn::Min(hn::Max(clamped, low), high);
   }
 }
 
@@ -568,8 +610,9 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   VF albedo[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   if (clamps_light) {
     sample({*in.texture->before, in.texture->spline}, albedo);
-    ClampAlbedo<kInner>(rows, in, x, y, albedo);
-    ClampLight(n, albedo, before);
+    const Ranges albedos = RangesAround<kInner>(rows.texture.albedo, x, width);
+    ClampAlbedo<kInner>(rows, in, albedos, at, x, y, albedo);
+    ClampLight(n, RangesAround<kInner>(rows.colour, x, width), albedos, albedo, before);
   }
   for (int c = 0; c < 3; ++c) {
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);

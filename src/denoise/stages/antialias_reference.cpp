@@ -142,18 +142,44 @@ bool IsBesideSurface(const GuidePlanes& guides, int x, int y) {
   return false;
 }
 
-/// The previous albedo at a place.
-vec3 PreviousAlbedo(const AntialiasInput& in, vec2 place, int x, int y) {
+/// WasBesideSurface of the pixel of the last frame that is nearest to a place.
+bool WasBesideSurface(const Image1& inverse_depth, vec2 place) {
+  const auto at = [&](int x, int y) {
+    return inverse_depth(std::clamp(x, 0, inverse_depth.width() - 1),
+                         std::clamp(y, 0, inverse_depth.height() - 1));
+  };
+  const int x = static_cast<int>(std::floor(place.x + 0.5f));
+  const int y = static_cast<int>(std::floor(place.y + 0.5f));
+  for (int k = 1; k <= kTextureClear; ++k) {
+    if (stillray::WasBesideSurface(at(x, y), at(x - k, y), at(x + k, y)) ||
+        stillray::WasBesideSurface(at(x, y), at(x, y - k), at(x, y + k))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// The previous albedo at a place. \param around  the range of the albedo
+vec3 PreviousAlbedo(const AntialiasInput& in, const Range& around, vec2 place, int x, int y) {
   const SummedAlbedo& albedo = in.texture->albedo;
   const int bx = x / kAlbedoBlock;
   const int by = y / kAlbedoBlock;
   const vec3 before = Sample({*in.texture->before, in.texture->spline}, place);
   const vec3 inside = Clamp(before, {Load(albedo.low, bx, by), Load(albedo.high, bx, by)});
   const float n = in.samples == nullptr ? 1.0f : (*in.samples)(x, y);
-  if (!IsYoung((*in.length)(x, y), n) && !IsBesideSurface(in.guides, x, y)) {
-    return inside;
+  const bool clamps = IsYoung((*in.length)(x, y), n) || IsBesideSurface(in.guides, x, y) ||
+                      WasBesideSurface(*in.texture->depth_before, place);
+  return clamps ? Clamp(inside, around) : inside;
+}
+
+/// The range of the picture, widened for an albedo.
+Range Widened(const Range& picture, vec3 albedo, const Range& albedos) {
+  Range wide;
+  for (int c = 0; c < 3; ++c) {
+    wide.low[c] = WidenedLow(picture.low[c], albedo[c], albedos.low[c]);
+    wide.high[c] = WidenedHigh(picture.high[c], albedo[c], albedos.high[c]);
   }
-  return Clamp(inside, RangeAround([&](int qx, int qy) { return Load(albedo.sum, qx, qy); }, x, y));
+  return wide;
 }
 
 void Store(vec3 value, int x, int y, Image3* image) {
@@ -171,14 +197,18 @@ Previous FindPrevious(const Image3& colour, const AntialiasInput& in, float rati
                       int x, int y) {
   const auto now = [&](int qx, int qy) { return Load(colour, qx, qy); };
   const vec3 before = ratio * Sample({in.previous, in.spline}, place);
+  const Range picture = RangeAround(now, x, y);
   if (in.texture == nullptr || in.texture->before == nullptr) {
-    return {Clamp(before, RangeAround(now, x, y)), vec3(0.0f)};
+    return {Clamp(before, picture), vec3(0.0f)};
   }
   const auto light = [&](int qx, int qy) {
     return LightOf(now(qx, qy), Load(in.texture->albedo.sum, qx, qy));
   };
-  const vec3 albedo = PreviousAlbedo(in, place, x, y);
-  return {PictureOf(Clamp(LightOf(before, albedo), RangeAround(light, x, y)), albedo), albedo};
+  const Range albedos =
+      RangeAround([&](int qx, int qy) { return Load(in.texture->albedo.sum, qx, qy); }, x, y);
+  const vec3 albedo = PreviousAlbedo(in, albedos, place, x, y);
+  const vec3 clamped = PictureOf(Clamp(LightOf(before, albedo), RangeAround(light, x, y)), albedo);
+  return {Clamp(clamped, Widened(picture, albedo, albedos)), albedo};
 }
 
 }  // namespace

@@ -59,6 +59,16 @@ SHARED_FN float PictureOfLight(float light, float albedo) {
   return light * (albedo + kTextureFloor);
 }
 
+// The last picture stays within the range of the picture, which is wider by as much as its albedo
+// is outside that of the albedo. Reflections on dark texture are bright light: beside them nearly
+// any light passes the clamp of the light.
+SHARED_FN float WidenedLow(float low, float albedo, float low_albedo) {
+  return low * min((albedo + kTextureFloor) / (low_albedo + kTextureFloor), 1.0f);
+}
+SHARED_FN float WidenedHigh(float high, float albedo, float high_albedo) {
+  return high * max((albedo + kTextureFloor) / (high_albedo + kTextureFloor), 1.0f);
+}
+
 // The albedo of the last frame may have been another surface's, and be any albedo around, where the
 // history of the light has at most this many times the samples of a frame ...
 const float kYoungFrames = 4.0f;
@@ -67,6 +77,13 @@ SHARED_FN bool IsYoung(float length, float n) {
 }
 // ... and where another surface is within this many pixels along an axis: splines ring there.
 const int kTextureClear = 2;
+
+// ... or was in the last frame: by the inverse depths of the pixel and of two as far from it on
+// opposite sides, whose mean on a plane is that of the pixel between them.
+const float kTextureStep = 0.05f;
+SHARED_FN bool WasBesideSurface(float here, float a, float b) {
+  return abs(a + b - 2.0f * here) > kTextureStep * here;
+}
 
 // Whether a pixel with the inverse depth `found` is on the plane of the surface at another one,
 // whose inverse depth is `here` and its gradient g.

@@ -160,7 +160,7 @@ SHARED_FN float HistoryRatio(float present, float history, float noise) {
 const int kWideStep = 13;
 // ... of which more than this many are there. Neighbourhoods are 27 blocks wide, and overlap: this
 // many are worth an independent one.
-const float kWideKnown = 5.5f;
+const float kWideKnown = 8.5f;
 const float kWideOverlap = 27.0f * 27.0f / float(kWideStep * kWideStep);
 // What counts as noise: variances of the mean by the scatter of the changes, which is large where
 // the light changes differently in places; by the noise of the neighbourhoods, of which scatter

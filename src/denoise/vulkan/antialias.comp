@@ -20,8 +20,9 @@ layout(set = 1, binding = 7) uniform texture2D albedo_sum;
 layout(set = 1, binding = 8) uniform texture2DArray albedo_range;
 layout(set = 1, binding = 9) uniform texture2D albedo_before;
 layout(set = 1, binding = 10) uniform texture2DArray albedo_coefficients;
-layout(set = 1, binding = 11, LIGHT_FORMAT) writeonly uniform image2D picture_out;
-layout(set = 1, binding = 12, LIGHT_FORMAT) writeonly uniform image2D albedo_out;
+layout(set = 1, binding = 11) uniform utexture2D surface_before;
+layout(set = 1, binding = 12, LIGHT_FORMAT) writeonly uniform image2D picture_out;
+layout(set = 1, binding = 13, LIGHT_FORMAT) writeonly uniform image2D albedo_out;
 
 layout(push_constant) uniform Push {
   int has_albedo;  // the albedo of the last picture is there
@@ -121,6 +122,16 @@ vec3 PictureOfLight(vec3 l, vec3 albedo) {
               PictureOfLight(l.z, albedo.z));
 }
 
+struct Range {
+  vec3 low;
+  vec3 high;
+};
+
+void AddTo(inout Range range, vec3 value) {
+  range.low = min(range.low, value);
+  range.high = max(range.high, value);
+}
+
 // Whether another surface is within kTextureClear pixels along an axis.
 bool IsBesideSurface(ivec2 p) {
   float here = InverseDepth(p);
@@ -137,8 +148,26 @@ bool IsBesideSurface(ivec2 p) {
   return false;
 }
 
-// The previous albedo, clamped to what may be this surface's.
-vec3 ClampAlbedo(ivec2 p, vec3 albedo) {
+float DepthBefore(ivec2 p) {
+  return uintBitsToFloat(texelFetch(surface_before, ClampToPicture(p), 0).x);
+}
+
+// WasBesideSurface of the pixel of the last frame that is nearest to a place.
+bool WasBesideSurface(vec2 place) {
+  ivec2 p = ivec2(floor(place + 0.5f));
+  float here = DepthBefore(p);
+  for (int k = 1; k <= kTextureClear; ++k) {
+    if (WasBesideSurface(here, DepthBefore(p - ivec2(k, 0)), DepthBefore(p + ivec2(k, 0))) ||
+        WasBesideSurface(here, DepthBefore(p - ivec2(0, k)), DepthBefore(p + ivec2(0, k)))) {
+      return true;
+    }
+  }
+  return false;
+}
+
+// The previous albedo, clamped to what may be this surface's. around: the range of the albedo in
+// 3x3 pixels.
+vec3 ClampAlbedo(ivec2 p, vec2 place, vec3 albedo, Range around) {
   ivec2 last = ivec2(AlbedoBlocks(width), AlbedoBlocks(height)) - 1;
   vec3 low = vec3(kMostLight);
   vec3 high = vec3(0.0f);
@@ -150,18 +179,21 @@ vec3 ClampAlbedo(ivec2 p, vec3 albedo) {
     }
   }
   albedo = min(max(albedo, low), high);
-  if (!IsYoung(texelFetch(moments, ivec3(p, 0), 0).z, GivenSamples(p)) && !IsBesideSurface(p)) {
+  if (!IsYoung(texelFetch(moments, ivec3(p, 0), 0).z, GivenSamples(p)) && !IsBesideSurface(p) &&
+      !WasBesideSurface(place)) {
     return albedo;
   }
-  low = Albedo(p);
-  high = low;
-  for (int j = -1; j <= 1; ++j) {
-    for (int i = -1; i <= 1; ++i) {
-      low = min(low, Albedo(p + ivec2(i, j)));
-      high = max(high, Albedo(p + ivec2(i, j)));
-    }
+  return min(max(albedo, around.low), around.high);
+}
+
+// The range of the picture, widened for an albedo.
+Range Widen(Range colours, vec3 albedo, Range albedos) {
+  Range wide;
+  for (int c = 0; c < 3; ++c) {
+    wide.low[c] = WidenedLow(colours.low[c], albedo[c], albedos.low[c]);
+    wide.high[c] = WidenedHigh(colours.high[c], albedo[c], albedos.high[c]);
   }
-  return min(max(albedo, low), high);
+  return wide;
 }
 
 // The change of the light, interpolated between the pixels of blocks.
@@ -178,12 +210,6 @@ float RatioAt(ivec2 p) {
   float above = ratio[0] + t.x * (ratio[1] - ratio[0]);
   float below = ratio[2] + t.x * (ratio[3] - ratio[2]);
   return above + t.y * (below - above);
-}
-
-// What is clamped: the picture, or its light.
-vec3 Clamped(ivec2 p) {
-  vec3 c = Load(p);
-  return has_albedo != 0 ? LightOfPicture(c, Albedo(p)) : c;
 }
 
 // Writes the antialiased albedo.
@@ -203,26 +229,31 @@ vec3 Antialiased(ivec2 p, vec3 now) {
     KeepAlbedo(p, albedo);
     return now;
   }
-  vec3 low = Clamped(p);
-  vec3 high = low;
+  Range colours = Range(now, now);
+  Range albedos_around = Range(albedo, albedo);
+  Range lights_around = Range(LightOfPicture(now, albedo), LightOfPicture(now, albedo));
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      vec3 c = Clamped(p + ivec2(dx, dy));
-      low = min(low, c);
-      high = max(high, c);
+      ivec2 q = p + ivec2(dx, dy);
+      vec3 c = Load(q);
+      AddTo(colours, c);
+      if (has_albedo != 0) {
+        vec3 a = Albedo(q);
+        AddTo(albedos_around, a);
+        AddTo(lights_around, LightOfPicture(c, a));
+      }
     }
   }
   float ratio = antialias.follow_light != 0 ? RatioAt(p) : 1.0f;
   Previous previous = SamplePrevious(place);
   vec3 before = ratio * previous.picture;
   if (has_albedo != 0) {
-    previous.albedo = ClampAlbedo(p, previous.albedo);
-    before = LightOfPicture(before, previous.albedo);
+    previous.albedo = ClampAlbedo(p, place, previous.albedo, albedos_around);
+    vec3 l = LightOfPicture(before, previous.albedo);
+    before = PictureOfLight(min(max(l, lights_around.low), lights_around.high), previous.albedo);
+    colours = Widen(colours, previous.albedo, albedos_around);
   }
-  before = min(max(before, low), high);
-  if (has_albedo != 0) {
-    before = PictureOfLight(before, previous.albedo);
-  }
+  before = min(max(before, colours.low), colours.high);
   float alpha = antialias.weigh_by_length != 0
                     ? NewPictureWeight(ConfidentAlpha(antialias.taa_alpha, Confidence(p)),
                                        LongestAround(p), GivenSamples(p))

@@ -630,7 +630,7 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   recorder->Run(Shader::kAntialias, grid_,
                 {i.guides.surface, i.guides.detail, i.history.moments, i.picture, i.shown,
                  coefficients[0], i.followed_ratio, i.albedo, i.albedo_range, i.albedo_before,
-                 coefficients[1], i.scratch, i.albedo_out},
+                 coefficients[1], i.previous_guides.surface, i.scratch, i.albedo_out},
                 has_albedo);
   std::swap(images_.shown, images_.scratch);
   if (plan.antialias.clamp_light != 0) {

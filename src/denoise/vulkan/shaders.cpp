@@ -41,7 +41,7 @@
   X(FollowChange, "antialias", 3, 1, 0, 0, kNone, kNone)                  \
   X(SumAlbedo, "antialias", 0, 2, 0, 0, kNone, kNone)                     \
   X(SplineCoefficients, "antialias", 1, 1, 0, 0, kNone, kNone)            \
-  X(Antialias, "antialias", 11, 2, 0, 4, kRead, kNone)                    \
+  X(Antialias, "antialias", 12, 2, 0, 4, kRead, kNone)                    \
   X(Tonemap, "tonemap", 1, 0, 0, 0, kRead, kNone)                         \
   X(FindKnown, "fill_guides", 0, 0, 1, 0, kWritten, kNone)                \
   X(RejectGhosts, "fill_guides", 3, 0, 2, 0, kRead, kNone)                \
