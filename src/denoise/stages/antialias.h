@@ -30,7 +30,7 @@
 ///
 /// State: the previous output, and with `texture` its albedo. Border: 1 pixel, with `texture` 2;
 /// reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel; with `texture`
-/// 50 and 32 x 12, 24.
+/// 54 and 32 x 12, 24.
 #pragma once
 
 #include "denoise/planes.h"

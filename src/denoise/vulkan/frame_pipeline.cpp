@@ -37,7 +37,7 @@
 //   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
 //   sum_albedo           albedos                             albedo, range of blocks   inputs, 9  (only with taa_clamp=light)
 //   spline_coefficients  last picture, last albedo           light of the wavelet      16, 16
-//   antialias            picture, last picture, motion       picture, albedo, output   inputs + 73, 16 + output
+//   antialias            picture, last picture, motion       picture, albedo, output   inputs + 65, 16 + output
 //   tonemap              picture                             display                   8, 4
 // clang-format on
 
