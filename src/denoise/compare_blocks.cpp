@@ -103,7 +103,7 @@ void CompareRow(const FollowLightInput& in, int by, FollowedBlocks* blocks, Imag
     const float before = LightBefore(in, x, y);
     (*now)(bx, by) = light.own;
     const float was = light.albedo * std::max(before, 0.0f) + light.rest;
-    const float change = LightChange(light.albedo * light.own + light.rest, was);
+    const float change = LogChange(light.albedo * light.own + light.rest, was);
     blocks->known(bx, by) = before >= 0 ? 1.0f : 0.0f;
     blocks->change(bx, by) = before >= 0 ? change : 0.0f;
     blocks->inverse_depth(bx, by) = in.guides.inverse_depth(x, y);

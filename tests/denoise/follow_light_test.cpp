@@ -35,11 +35,11 @@ TEST(FollowLight, BlocksAndTheirPixels) {
 }
 
 TEST(FollowLight, ChangeIsTheLogarithmOfTheRatio) {
-  EXPECT_NEAR(LightChange(3.0f, 2.0f), std::log(1.5), 1e-6);
-  EXPECT_EQ(LightChange(100.0f, 1.0f), kMostChange);
-  EXPECT_EQ(LightChange(1.0f, 100.0f), -kMostChange);
-  EXPECT_EQ(LightChange(0.0f, 1.0f), 0.0f);
-  EXPECT_EQ(LightChange(1.0f, 0.0f), 0.0f);
+  EXPECT_NEAR(LogChange(3.0f, 2.0f), std::log(1.5), 1e-6);
+  EXPECT_EQ(LogChange(100.0f, 1.0f), kMostChange);
+  EXPECT_EQ(LogChange(1.0f, 100.0f), -kMostChange);
+  EXPECT_EQ(LogChange(0.0f, 1.0f), 0.0f);
+  EXPECT_EQ(LogChange(1.0f, 0.0f), 0.0f);
 }
 
 // Against sums in double precision.

@@ -34,7 +34,7 @@ struct FollowLightInput {
 
 /// Work memory: the pixels of blocks, with a border of kFollowRadius blocks without surface.
 struct FollowedBlocks {
-  Image1 change;  ///< LightChange
+  Image1 change;  ///< LogChange
   Image1 known;   ///< 1: known, 0: no surface, or a new one
   Image1 inverse_depth;
   Image3 normal;

@@ -16,7 +16,7 @@ SHARED_BEGIN
 const float kMostChange = 1.0f;
 
 // Logarithm of the ratio of light to what it was.
-SHARED_FN float LightChange(float light, float before) {
+SHARED_FN float LogChange(float light, float before) {
   bool both = light > 1e-20f && before > 1e-20f;
   return both ? clamp(log(light / before), -kMostChange, kMostChange) : 0.0f;
 }

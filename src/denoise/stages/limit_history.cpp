@@ -241,7 +241,7 @@ HWY_INLINE VF RatioOf(VF present, VF before, VF noise) {
   return hn::IfThenElse(hn::Gt(before, least), bounded, one);
 }
 
-/// LightChange.
+/// LogChange.
 HWY_INLINE VF ChangeOf(VF present, VF before) {
   const DF d;
   const VF least = hn::Set(d, 1e-20f);

@@ -55,7 +55,7 @@ struct ComparedPlanes {
   /// samples; variance: expected noise of the difference.
   FilterPlanes compressed;
   FilterPlanes work;
-  FilterPlanes wide;  ///< LightChange (luminance) and its square (red); variance: of its weights
+  FilterPlanes wide;  ///< LogChange (luminance) and its square (red); variance: of its weights
   Image1 valid;       ///< 1 where both exist in some pixel of the block
   Image1 ratio;       ///< HistoryRatio; 1 without either
   Image1 bias;        ///< RelativeBias; 0 without either

@@ -115,7 +115,7 @@ void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes) {
   for (int y = 0; y < planes->valid.height(); ++y) {
     for (int x = 0; x < planes->valid.width(); ++x) {
       const float change = planes->valid(x, y) > 0
-                               ? LightChange(averaged.colour[0](x, y), averaged.colour[1](x, y))
+                               ? LogChange(averaged.colour[0](x, y), averaged.colour[1](x, y))
                                : 0.0f;
       planes->light.colour[0](x, y) = change;
       planes->light.colour[1](x, y) = change * change;

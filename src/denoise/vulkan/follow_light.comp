@@ -84,7 +84,7 @@ void main() {
   float change = 0.0f;
   if (known) {
     ivec2 at = ivec2(FollowNearest(place.x, blocks.x), FollowNearest(place.y, blocks.y));
-    change = LightChange(albedo * own + rest, albedo * texelFetch(before, at, 0).x + rest);
+    change = LogChange(albedo * own + rest, albedo * texelFetch(before, at, 0).x + rest);
   }
   imageStore(light_out, block, vec4(own));
   imageStore(changes_out, block, vec4(change, known ? 1.0f : 0.0f, 0.0f, 0.0f));

@@ -19,7 +19,7 @@ void main() {
     ivec3 at = ivec3(block, s);
     vec4 light = texelFetch(averaged, at, 0);
     bool valid = IsValid(light.w);
-    float change = valid ? kChangeScale * LightChange(light.x, light.y) : 0.0f;
+    float change = valid ? kChangeScale * LogChange(light.x, light.y) : 0.0f;
     imageStore(change_out, at,
                Stored(vec4(change, change * change, 0.0f, PackDeviation(1.0f, valid))));
   }
