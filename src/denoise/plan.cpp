@@ -168,8 +168,9 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .tonemap = facts.is_displayed};
 }
 
-/// The number of signals with diffuse light, the first ones.
-/// \param lights  FrameFacts::lights
+/// The number of signals with diffuse light, the first ones: light that is reflected sharply moves
+/// over its surface.
+/// \param lights  FrameFacts::lights; ~0: of any frame
 int DiffuseSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   const auto is_diffuse = [&](const SignalGroup& group) {
     return std::any_of(group.kinds.begin(), group.kinds.end(), [&](SignalKind kind) {
@@ -235,13 +236,6 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->pilot_signals = PilotSignals(s, plan->signals, facts.lights);
 }
 
-/// The number of signals with diffuse light, the first ones: light that is reflected sharply moves
-/// over its surface.
-int FollowedSignals(std::span<const SignalGroup> signals) {
-  const auto is_diffuse = [](const SignalGroup& group) { return group.diffuse_albedo; };
-  return static_cast<int>(std::count_if(signals.begin(), signals.end(), is_diffuse));
-}
-
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
   plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals, facts.lights) : 0;
@@ -258,7 +252,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .weigh_by_length = Int(s.temporal),
       .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
-                          ? FollowedSignals(plan->signals)
+                          ? DiffuseSignals(plan->signals, ~0u)
                           : 0,
       .clamp_light = Int(KeepsAlbedo(s) && facts.albedos != 0),
       .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
