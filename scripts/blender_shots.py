@@ -8,6 +8,8 @@ writes shots/smoke/noisy.0001.exr and so on, with all passes that `stillray deno
 reference.####.exr of the frames of --judged. Shots:
 
   room     a tiled room with a metal ball, a table and a sliding cube; still camera settings
+  lamp     the same, lit by a small lamp that moves through it: highlights and shadows move
+  mirror   the same with a mirror on the wall, a glass ball and a pane of glass
   lens     the same, out of focus behind and before the cube
   shutter  the same with motion blur: Vector is zero
   smoke    the same with smoke that moves
@@ -36,6 +38,8 @@ def arguments():
     parser.add_argument("--frames", default=12, type=int, help="default: 12")
     parser.add_argument("--judged", default="8", help="frames with references, such as 8,12")
     parser.add_argument("--reference", default=768, type=int, help="samples of references")
+    parser.add_argument("--filter-width", default=1.5, type=float,
+                        help="of Blender's pixel filter (default: 1.5); 0.01: all rays through the centres of pixels")
     parser.add_argument("--transparent", action="store_true")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
 
@@ -86,6 +90,7 @@ def lamp(place, aim, watts, size):
     bpy.context.collection.objects.link(thing)
     thing.location = place
     thing.rotation_euler = (Vector(aim) - Vector(place)).to_track_quat("-Z", "Y").to_euler()
+    return thing
 
 
 def camera(start, end, aim, lens=28):
@@ -134,12 +139,32 @@ def room():
                material("check", (0.8, 0.75, 0.2), 0.7, checker=((0.1, 0.1, 0.12), 3)), 14)
     move(cube, "location", (-1.2, 3.8, 0.25), (1.2, 3.6, 0.25))
     move(cube, "rotation_euler", (0, 0, 0.4), (0, 0, -0.9))
-    lamp((0.3, 4.2, 2.95), (0.3, 4.2, 0), 160, 1.0)
-    return camera((0.3, 0.5, 1.55), (-0.1, 1.2, 1.45), (0, 5.5, 0.9), 26), cube
+    light = lamp((0.3, 4.2, 2.95), (0.3, 4.2, 0), 160, 1.0)
+    return camera((0.3, 0.5, 1.55), (-0.1, 1.2, 1.45), (0, 5.5, 0.9), 26), cube, light
+
+
+def moving_lamp():
+    light = room()[2]
+    light.data.energy, light.data.size = 90, 0.3
+    move(light, "location", (-1.8, 3.4, 2.4), (1.6, 4.9, 1.9))
+
+
+def clear(name, colour, metallic, transmission):
+    made = material(name, colour, 0, metallic)
+    made.node_tree.nodes["Principled BSDF"].inputs["Transmission"].default_value = transmission
+    return made
+
+
+def mirror():
+    room()
+    up = math.pi / 2
+    add("cube", "mirror", (2.97, 5.2, 1.5), (1.3, 0.8, 0.01), clear("silver", (0.9, 0.9, 0.9), 1, 0), 20, (up, 0, up))
+    add("uv_sphere", "glass", (0.2, 4.3, 0.4), (0.4, 0.4, 0.4), clear("glass", (0.95, 0.98, 0.96), 0, 1), 21)
+    add("cube", "pane", (-1.9, 3.9, 0.7), (0.5, 0.5, 0.01), clear("pane", (0.95, 0.98, 0.96), 0, 1), 22, (up, 0, 0.5))
 
 
 def lens():
-    eye, cube = room()
+    eye, cube, _ = room()
     eye.data.dof.use_dof = True
     eye.data.dof.aperture_fstop = 0.7
     eye.data.dof.focus_object = cube
@@ -222,7 +247,7 @@ def fur():
     camera((0.3, 0.8, 1.5), (-0.3, 1.0, 1.4), (0.2, 5, 0.9), 32)
 
 
-SHOTS = {"room": room, "lens": lens, "shutter": shutter, "smoke": smoke, "cloud": cloud, "fur": fur}
+SHOTS = {"room": room, "lamp": moving_lamp, "mirror": mirror, "lens": lens, "shutter": shutter, "smoke": smoke, "cloud": cloud, "fur": fur}
 
 
 def set_up(options):
@@ -232,6 +257,7 @@ def set_up(options):
     scene.cycles.use_animated_seed = True
     scene.render.resolution_x, scene.render.resolution_y = map(int, options.size.split("x"))
     scene.render.resolution_percentage = 100
+    scene.cycles.filter_width = options.filter_width
     scene.render.film_transparent = options.transparent
     image = scene.render.image_settings
     if hasattr(image, "media_type"):  # Blender 5
