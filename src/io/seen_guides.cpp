@@ -49,6 +49,7 @@ constexpr int kNeighbours[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0},
 struct Seen {
   Image1 depth;  ///< infinite: the sky; 0: the surface itself
   Image3 normal;
+  const Image3& albedo;
 };
 
 /// Planar surfaces in which something else is seen, as sets of connected pixels.
@@ -181,7 +182,7 @@ double DepthOfSeen(const SeenLayers& layers, const Lens& lens, int x, int y) {
 Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, const Guides& g) {
   const int width = g.depth.width();
   const int height = g.depth.height();
-  Seen seen = {Image1(width, height), Image3(width, height)};
+  Seen seen = {Image1(width, height), Image3(width, height), layers.albedo};
   ForEachPixel(width, height, [&](int x, int y) {
     const float z = g.depth(x, y);
     if (!(z > 0) || !std::isfinite(z)) {
@@ -262,15 +263,57 @@ int Agreement(const Seen& seen, int x, int y, ivec2 other) {
   return same;
 }
 
+/// Whether two pixels see one colour.
+bool SeesColour(const Seen& seen, int x, int y, int u, int v) {
+  constexpr float kOtherColour = 0.15f;
+  const vec3 a = VectorAt(seen.albedo, x, y);
+  const vec3 b = VectorAt(seen.albedo, u, v);
+  const vec3 difference = glm::abs(a - b);
+  return difference.x + difference.y + difference.z <=
+         kOtherColour * (glm::length(a) + glm::length(b));
+}
+
+/// A neighbour whose colour nearly all neighbours see and the pixel does not; (-1, -1) if there is
+/// none. A floor that is reflected by a pane stands in the unfolded space where it is seen through
+/// it, with other tiles.
+ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
+  constexpr int kNearlyAll = 6;
+  const auto is_same = [&](int x0, int y0, int u, int v) {
+    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
+    return inside && SeesSame(seen, x0, y0, u, v) && SeesColour(seen, x0, y0, u, v);
+  };
+  for (const auto& [i, j] : kNeighbours) {
+    const int u = x + i;
+    const int v = y + j;
+    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
+    if (!inside || !SeesSame(seen, x, y, u, v) || SeesColour(seen, x, y, u, v)) {
+      continue;
+    }
+    int count = 0;
+    for (const auto& [dx, dy] : kNeighbours) {
+      count += is_same(u, v, x + dx, y + dy) ? 1 : 0;
+    }
+    if (count >= kNearlyAll) {
+      return {u, v};
+    }
+  }
+  return {-1, -1};
+}
+
 /// The pixel whose guides a pixel takes: itself, a neighbour that sees what most see if the pixel
 /// alone sees something else, or (-1, -1) where nothing is seen in common. Denoising Data are
 /// random in some pixels of every mirror.
-ivec2 SourceOf(const Seen& seen, const Patches& patches, int x, int y) {
+/// \param other_lobe  whether the pixel's own guides are those of the surface's other lobe
+ivec2 SourceOf(const Seen& seen, const Patches& patches, bool other_lobe, int x, int y) {
   constexpr int kAlone = 1;
   constexpr int kMost = 4;
   constexpr int kAgreed = 6;
+  if (other_lobe) {
+    return CommonNeighbour(seen, patches, x, y, 1);
+  }
   if (SupportOf(seen, patches, x, y).same > kAlone) {
-    return {x, y};
+    const ivec2 other = NeighbourOfOtherColour(seen, x, y);
+    return other.x >= 0 ? other : ivec2(x, y);
   }
   const ivec2 source = CommonNeighbour(seen, patches, x, y, kMost);
   // What a pixel sees that has no guides, as in glass within a mirror, is unknown at edges.
@@ -384,6 +427,40 @@ struct SeenFit {
   CameraMotion camera;
 };
 
+float LightAt(const Frame& frame, SignalKind direct, SignalKind indirect, int x, int y) {
+  float sum = 0;
+  for (const Signal& signal : frame.signals) {
+    sum += signal.kind == direct || signal.kind == indirect ? Sum(signal.radiance, x, y) : 0.0f;
+  }
+  return sum;
+}
+
+/// Pixels whose path took the other lobe of their surface: the only sample was reflected by a pane
+/// through which one looks, or the reverse. It has light of that lobe alone, and its layers follow
+/// it. Clears what they see.
+Plane<uint8_t> DropOtherLobes(const Frame& frame, const Patches& patches,
+                              const std::vector<PatchKind>& kinds, Seen* seen) {
+  Plane<uint8_t> dropped(frame.width, frame.height);
+  ForEachPixel(frame.width, frame.height, [&](int x, int y) {
+    const int32_t patch = patches.Of(x, y);
+    if (patch < 0 || !kinds[static_cast<size_t>(patch)].shows_image) {
+      return;
+    }
+    const float reflected =
+        LightAt(frame, SignalKind::kDirectSpecular, SignalKind::kIndirectSpecular, x, y);
+    const float refracted =
+        LightAt(frame, SignalKind::kDirectTransmission, SignalKind::kIndirectTransmission, x, y);
+    const bool through = kinds[static_cast<size_t>(patch)].refracted;
+    const float own = through ? refracted : reflected;
+    const float other = through ? reflected : refracted;
+    if (other > 0 && !(own > 0)) {
+      dropped(x, y) = 1;
+      seen->depth(x, y) = 0;
+    }
+  });
+  return dropped;
+}
+
 NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
   const std::optional<Lens> lens = FitLens(g.depth, layers.depth);
   if (!lens) {
@@ -427,13 +504,15 @@ NoSeenGuides SetSeenGuides(const SeenLayers& layers, Frame* frame) {
   if (why != NoSeenGuides::kNone) {
     return why;
   }
-  const Seen seen = FindSeen(layers, fit.lens, fit.to_world, g);
+  Seen seen = FindSeen(layers, fit.lens, fit.to_world, g);
   const Patches patches(g, seen.depth);
   const std::vector<PatchKind> kinds = KindsOf(seen, patches, g);
+  const Plane<uint8_t> dropped = DropOtherLobes(*frame, patches, kinds, &seen);
   ForEachPixel(width, height, [&](int x, int y) {
     const int32_t patch = patches.Of(x, y);
     const PatchKind kind = patch < 0 ? PatchKind() : kinds[static_cast<size_t>(patch)];
-    const ivec2 from = kind.shows_image ? SourceOf(seen, patches, x, y) : ivec2(-1, -1);
+    const ivec2 from =
+        kind.shows_image ? SourceOf(seen, patches, dropped(x, y) != 0, x, y) : ivec2(-1, -1);
     if (from.x < 0) {
       return;
     }

@@ -150,6 +150,35 @@ TEST(SetSeenGuides, OutliersTakeTheGuidesOfTheirNeighbours) {
   EXPECT_LT(CountDifferent(picture, g.depth, g.normal, expected), 0.1 * outliers);
 }
 
+TEST(SetSeenGuides, OutliersOfColourAloneTakeThatOfTheirNeighbours) {
+  RoomOptions options;
+  options.width = 480;
+  options.height = 360;
+  options.outliers = 0;
+  RoomPicture picture = Picture(RoomWithMirror(), options);
+  RoomPicture spotted = picture;
+  int spots = 0;
+  ForEachPixel(picture, [&](int x, int y) {
+    if ((x * 7 + y * 13) % 60 == 0) {
+      const bool dark = picture.seen.albedo[0](x, y) < 0.3f;
+      for (int c = 0; c < 3; ++c) {
+        spotted.seen.albedo[c](x, y) = dark ? 0.8f : 0.1f;
+      }
+      spots += picture.expected.depth(x, y) > 0 ? 1 : 0;
+    }
+  });
+  EXPECT_GT(spots, 200);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeenGuides(spotted.seen, &spotted.frame), NoSeenGuides::kNone);
+  const VirtualGuides& g = spotted.frame.reflection;
+  const VirtualGuides& expected = picture.frame.reflection;
+  const int wrong = Count(picture, [&](int x, int y) {
+    const vec3 difference = VectorAt(g.albedo, x, y) - VectorAt(expected.albedo, x, y);
+    return std::isfinite(expected.depth(x, y)) && glm::length(difference) > 0.01f;
+  });
+  EXPECT_LT(wrong, 0.35 * spots);  // those beside edges of the texture
+}
+
 // As before a wall on a floor. The side walls, in the mirror alone, have the third direction.
 TEST(SetSeenGuides, NormalsOfTwoDirectionsAreEnough) {
   Room room = RoomWithMirror();
@@ -206,6 +235,47 @@ TEST(SetSeenGuides, APaneRefracts) {
   EXPECT_GT(refraction.right, 0.985 * refraction.found);
   EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
   EXPECT_EQ(Shown(picture, picture.frame.refraction), refraction.found);
+}
+
+/// Light of one lobe of the pane: a pixel's only sample was reflected, or came through.
+void SetLobe(bool through, int x, int y, Frame* frame) {
+  for (Signal& signal : frame->signals) {
+    const bool transmitted = signal.kind == SignalKind::kIndirectTransmission;
+    signal.radiance[0](x, y) = transmitted == through ? 1.0f : 0.0f;
+  }
+}
+
+TEST(SetSeenGuides, SamplesOfAPanesOtherLobeTakeTheGuidesOfTheirNeighbours) {
+  Room room = WithMirrorOf(RoomSurface::kPane, {0.95, 0.95, 0.9});
+  room.rectangles.back().corner.z = 1.5;
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(room, options);
+  Frame& frame = picture.frame;
+  for (const SignalKind kind : {SignalKind::kIndirectSpecular, SignalKind::kIndirectTransmission}) {
+    frame.signals.push_back({kind, Image3(frame.width, frame.height), Image1()});
+  }
+  int reflected = 0;
+  ForEachPixel(picture, [&](int x, int y) {
+    // Pairs of columns, so that such pixels agree with each other.
+    const bool other = (x / 2 * 7 + y / 3 * 5) % 11 == 0;
+    SetLobe(!other, x, y, &frame);
+    if (other && picture.expected.depth(x, y) > 0) {
+      picture.seen.depth(x, y) *= 3;
+      ++reflected;
+    }
+  });
+  EXPECT_GT(reflected, 200);
+  Frame without_light = frame;
+  without_light.signals.clear();
+  ASSERT_EQ(SetSeenGuides(picture.seen, &without_light), NoSeenGuides::kNone);
+  const Comparison before = Compare(without_light.refraction, picture);
+  EXPECT_LT(before.right, before.expected - 0.9 * reflected);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &frame), NoSeenGuides::kNone);
+  const Comparison refraction = Compare(frame.refraction, picture);
+  EXPECT_GT(refraction.found, 0.98 * refraction.expected);
+  // Some lie beside an edge and take the guides of its other side.
+  EXPECT_GT(refraction.right, refraction.expected - 0.6 * reflected);
 }
 
 TEST(SetSeenGuides, WithoutTransmittedLightThereIsNoRefraction) {
