@@ -49,8 +49,11 @@ enum class VarianceOf : int {
 enum class ShortHistory : int {
   kSpatial,  ///< bilateral estimate (SVGF, section 4.2)
   kBlur,     ///< no luminance weight while the history is short (PSVGF, section 4.4.3)
+  /// Mean square of second differences of these pixels along rows and columns, which slopes of the
+  /// light do not enter (Immerkaer 1996). Below one sample per pixel: kSpatial with 7x7 pixels.
+  kSecondDifference,
 };
-/// The pixels of the bilateral estimate.
+/// The pixels of these estimates.
 enum class ShortHistoryWindow : int { k7x7, k5x5 };
 /// Smoothing of the variance that scales the luminance weight, by a 3x3 kernel.
 enum class PrefilterVariance : int {
@@ -141,10 +144,10 @@ struct Settings {
   float limit_dead = 4.0f;
 
   VarianceOf variance_of = VarianceOf::kMean;
-  ShortHistory short_history = ShortHistory::kSpatial;
-  ShortHistoryWindow short_history_window = ShortHistoryWindow::k7x7;
+  ShortHistory short_history = ShortHistory::kSecondDifference;
+  ShortHistoryWindow short_history_window = ShortHistoryWindow::k5x5;
   int short_history_length = 4;
-  float short_history_boost = 0.25f;
+  float short_history_boost = 0.5f;
   PrefilterVariance prefilter_variance = PrefilterVariance::kOn;
 
   Wavelet wavelet = Wavelet::kSvgf;

@@ -59,6 +59,25 @@ EdgeStopping EdgesOf(const Settings& s, const FrameFacts& facts) {
           .centre_y = 0.5f * static_cast<float>(facts.height)};
 }
 
+/// Below one sample per pixel three neighbours in a line are too rare: then second differences are
+/// replaced by the spread of a wider neighbourhood.
+int ShortHistoryOf(const Settings& s, bool is_sparse) {
+  switch (s.short_history) {
+    case ShortHistory::kBlur:
+      return kShortHistoryNone;
+    case ShortHistory::kSecondDifference:
+      return is_sparse ? kShortHistorySpread : kShortHistorySecondDifference;
+    case ShortHistory::kSpatial:
+      break;
+  }
+  return kShortHistorySpread;
+}
+
+int ShortHistoryRadius(const Settings& s, bool is_sparse) {
+  const bool replaced = is_sparse && s.short_history == ShortHistory::kSecondDifference;
+  return replaced || s.short_history_window == ShortHistoryWindow::k7x7 ? 3 : 2;
+}
+
 float ShortHistoryLength(const Settings& s) {
   return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
@@ -82,6 +101,19 @@ int SmoothSignals(std::span<const SignalGroup> signals, uint32_t lights) {
       }
     }
     mask |= any && all ? 1 << i : 0;
+  }
+  return mask;
+}
+
+/// Signals with light that lamps cast on surfaces directly: with shadows, and highlights.
+int FineSignals(std::span<const SignalGroup> signals, uint32_t lights) {
+  int mask = 0;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    for (const SignalKind kind : signals[i].kinds) {
+      const bool given = (lights >> static_cast<uint32_t>(kind) & 1u) != 0;
+      const bool direct = kind == SignalKind::kDirectDiffuse || kind == SignalKind::kDirectSpecular;
+      mask |= given && direct ? 1 << i : 0;
+    }
   }
   return mask;
 }
@@ -193,13 +225,15 @@ void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                      .history_id = Int(s.history_id),
                      .history_search = Int(s.history_search),
                      .history_taps_nearest = Int(s.history_taps == HistoryTaps::kNearest)};
-  plan->limit_history = {.correct_history = Int(s.correct_history),
-                         .limit_dead = s.limit_dead,
-                         .limit_gain = s.limit_gain,
-                         .has_roughness = Int(facts.has_roughness),
-                         .jitter_x = facts.jitter_x,
-                         .jitter_y = facts.jitter_y,
-                         .wide_signals = DiffuseSignals(plan->signals, facts.lights)};
+  plan->limit_history = {
+      .correct_history = Int(s.correct_history),
+      .limit_dead = s.limit_dead,
+      .limit_gain = s.limit_gain,
+      .has_roughness = Int(facts.has_roughness),
+      .jitter_x = facts.jitter_x,
+      .jitter_y = facts.jitter_y,
+      .wide_signals = DiffuseSignals(plan->signals, facts.lights),
+      .fine_signals = plan->is_sparse ? 0 : FineSignals(plan->signals, facts.lights)};
   plan->compared.edges.sigma_n = kComparedSigmaN;
   plan->compared.edges.depth_weight_plane = 1;
   plan->compared.edges.plane_tolerance = kComparedTolerance;
@@ -210,14 +244,13 @@ void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
 }
 
 void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
-  plan->estimate_variance = {
-      .edges = EdgesOf(s, facts),
-      .variance_of_mean = Int(s.variance_of == VarianceOf::kMean),
-      .short_history_spatial = Int(s.short_history == ShortHistory::kSpatial),
-      .short_history_length = ShortHistoryLength(s),
-      .short_history_boost = s.short_history_boost,
-      .least_evidence = plan->is_sparse ? kLeastEvidence : 0.0f,
-      .short_history_radius = s.short_history_window == ShortHistoryWindow::k7x7 ? 3 : 2};
+  plan->estimate_variance = {.edges = EdgesOf(s, facts),
+                             .variance_of_mean = Int(s.variance_of == VarianceOf::kMean),
+                             .short_history = ShortHistoryOf(s, plan->is_sparse),
+                             .short_history_length = ShortHistoryLength(s),
+                             .short_history_boost = s.short_history_boost,
+                             .least_evidence = plan->is_sparse ? kLeastEvidence : 0.0f,
+                             .short_history_radius = ShortHistoryRadius(s, plan->is_sparse)};
   plan->prefilter_variance = {
       .prefilter_variance = Int(s.prefilter_variance == PrefilterVariance::kOn),
       .luminance_scale_deviation = Int(s.luminance_scale == LuminanceScale::kDeviation),
@@ -314,6 +347,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   }
   int& wide = of_layer.limit_history.wide_signals;
   wide = std::clamp(wide - static_cast<int>(layer.first), 0, static_cast<int>(layer.count));
+  int& fine = of_layer.limit_history.fine_signals;
+  fine = fine >> layer.first & mask;
   int& kept = of_layer.keep_samples.kept_signals;
   kept = kept >> layer.first & mask;
   int& mirrors = of_layer.keep_mirrors.mirror_signals;

@@ -27,7 +27,7 @@ EstimateVarianceParameters MakeParameters() {
   p.edges.plane_tolerance = 0.01f;
   p.edges.depth_epsilon = 0.001f;
   p.variance_of_mean = 1;
-  p.short_history_spatial = 1;
+  p.short_history = kShortHistorySpread;
   p.short_history_length = 4;
   p.short_history_radius = 3;
   return p;
@@ -110,9 +110,9 @@ TEST(EstimateVariance, ShortHistoriesHaveThatOfTheirNeighbourhood) {
     p.short_history_boost = 1;  // times 4 samples that are wanted / 1 that is there
     EXPECT_NEAR(RunStage(version, history, MakeWall(), p).variance(7, 4), 4 * (between + 0.5),
                 1e-4);
-    p.short_history_spatial = 0;
+    p.short_history = kShortHistoryNone;
     EXPECT_EQ(RunStage(version, history, MakeWall(), p).variance(7, 4), 0);
-    p.short_history_spatial = 1;
+    p.short_history = kShortHistorySpread;
   }
 }
 
@@ -130,6 +130,67 @@ TEST(EstimateVariance, TheNeighbourhoodMayHave5x5Pixels) {
   }
 }
 
+TEST(EstimateVariance, SecondDifferencesTakeNoSlopeForNoise) {
+  EstimateVarianceParameters p = MakeParameters();
+  p.short_history_radius = 2;
+  // A steep ramp has no second differences, and a spread of 5 (its 25 pixels: 1 and 4 of 49
+  // variances of -2..2, times (1 + 9)): only kSpreadWeight of that is left of 30 lines.
+  const SignalHistory ramp = MakeHistory(
+      1, 0, 1, [](int x, int y) { return static_cast<float>(x) + 3 * static_cast<float>(y); });
+  const double spread = 2.0 * (1 + 9);
+  // Means of 0 and 2 in turns: every second difference is 4 or -4.
+  const SignalHistory checks =
+      MakeHistory(1, 0.5f, 1, [](int x, int y) { return (x + y) % 2 == 0 ? 0.0f : 2.0f; });
+  const double of_checks = 4 * (12.0 / 25) * (13.0 / 25);
+  for (const Version version : kVersions) {
+    p.short_history = kShortHistorySpread;
+    EXPECT_NEAR(RunStage(version, ramp, MakeWall(), p).variance(9, 4), spread, 1e-4);
+    p.short_history = kShortHistorySecondDifference;
+    EXPECT_NEAR(RunStage(version, ramp, MakeWall(), p).variance(9, 4), 0.05 * spread / 30.05, 1e-4);
+    EXPECT_NEAR(RunStage(version, checks, MakeWall(), p).variance(7, 4),
+                (30 * 16 / 6.0 + 0.05 * of_checks) / 30.05 + 0.5, 1e-4);
+  }
+}
+
+TEST(EstimateVariance, SecondDifferencesHaveTheVarianceOfNoise) {
+  EstimateVarianceParameters p = MakeParameters();
+  p.short_history = kShortHistorySecondDifference;
+  p.short_history_radius = 2;
+  for (const Version version : kVersions) {
+    double sum = 0;
+    for (uint32_t seed = 0; seed < 40; ++seed) {
+      // Uniform, of variance 3, on a slope.
+      const SignalHistory noise = MakeHistory(1, 0, 1, [&](int x, int y) {
+        return 6 * test::RandomAt(x, y, seed) + 2 * static_cast<float>(x);
+      });
+      for (const int x : {2, 8, 14}) {
+        sum += RunStage(version, noise, MakeWall(), p).variance(x, 4) / (3 * 40);
+      }
+    }
+    EXPECT_NEAR(sum, 3, 0.3);
+  }
+}
+
+TEST(EstimateVariance, ThinSurfacesHaveTheirSpread) {
+  // A pole of one pixel: three in a line are there along it alone; of two diagonal pixels, never.
+  GuidePlanes guides = MakeWall();
+  const auto on_line = [](int x, int y) { return x + y == 11 && y >= 4 && y <= 5; };
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      guides.inverse_depth(x, y) = on_line(x, y) ? 0.5f : 0.25f;
+      guides.depth(x, y) = 1 / guides.inverse_depth(x, y);
+    }
+  }
+  const SignalHistory history = MakeHistory(1, 0, 1, [&](int x, int y) {
+    return !on_line(x, y) ? 1e3f : y == 4 ? 1.0f : 3.0f;
+  });
+  EstimateVarianceParameters p = MakeParameters();
+  p.short_history = kShortHistorySecondDifference;
+  for (const Version version : kVersions) {
+    EXPECT_NEAR(RunStage(version, history, guides, p).variance(7, 4), 1, 1e-4);
+  }
+}
+
 TEST(EstimateVariance, NothingLeaksOverEdges) {
   GuidePlanes depth = MakeWall();
   GuidePlanes normal = MakeWall();
@@ -140,12 +201,16 @@ TEST(EstimateVariance, NothingLeaksOverEdges) {
     std::fill(normal.normal[0].Row(y) + 8, normal.normal[0].Row(y) + kWidth, 1.0f);
   }
   const SignalHistory history = MakeHistory(1, 0, 1, Half);
-  for (const Version version : kVersions) {
-    EXPECT_GT(RunStage(version, history, MakeWall(), MakeParameters()).variance(7, 4), 1e4f);
-    for (const GuidePlanes* guides : {&depth, &normal}) {
-      const Estimate estimate = RunStage(version, history, *guides, MakeParameters());
-      for (int x = 0; x < kWidth; ++x) {
-        EXPECT_LT(estimate.variance(x, 4), 1e-12f) << x;
+  EstimateVarianceParameters p = MakeParameters();
+  for (const int kind : {kShortHistorySpread, kShortHistorySecondDifference}) {
+    p.short_history = kind;
+    for (const Version version : kVersions) {
+      EXPECT_GT(RunStage(version, history, MakeWall(), p).variance(7, 4), 1e4f);
+      for (const GuidePlanes* guides : {&depth, &normal}) {
+        const Estimate estimate = RunStage(version, history, *guides, p);
+        for (int x = 0; x < kWidth; ++x) {
+          EXPECT_LT(estimate.variance(x, 4), 1e-12f) << x;
+        }
       }
     }
   }
@@ -220,6 +285,7 @@ TEST(EstimateVariance, VectorsMatchTheReference) {
         p.edges.centre_y = 0.5f * static_cast<float>(height);
         p.short_history_boost = 1;
         p.short_history_radius = 3 - of_mean;
+        p.short_history = kind == kPosition ? kShortHistorySpread : kShortHistorySecondDifference;
         p.least_evidence = 1.5f;
         Image1 expected(width, height);
         Image1 got(width, height);

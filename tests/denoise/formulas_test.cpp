@@ -258,17 +258,30 @@ TEST(Formulas, ComparisonNoise) {
 
 TEST(Formulas, CompressedNoise) {
   // Samples of variance 0.02 and a history whose squared weights have the sum 0.05.
-  EXPECT_NEAR(CompressedNoise(0.1f, 1, 0.02f, 0.05f, 0.25f), 0.02 * 1.05, 1e-7);
-  EXPECT_NEAR(CompressedNoise(0.1f, 4, 0.02f, 0.05f, 0.25f), 0.02 * 0.3, 1e-7);
-  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f, 0.25f), 0.25 * 0.16, 1e-7) << "a share";
-  EXPECT_NEAR(CompressedNoise(-0.4f, 1, 0.02f, 0.05f, 1), 0.16, 1e-7) << "all of the difference";
+  const float one = SpreadOfDifference(1, 0.05f);
+  const float four = SpreadOfDifference(4, 0.05f);
+  EXPECT_NEAR(CompressedNoise(0.1f, 0.02f, one, 0.25f), 0.02 * 1.05, 1e-7);
+  EXPECT_NEAR(CompressedNoise(0.1f, 0.02f, four, 0.25f), 0.02 * 0.3, 1e-7);
+  EXPECT_NEAR(CompressedNoise(-0.4f, 0.02f, one, 0.25f), 0.25 * 0.16, 1e-7) << "a share";
+  EXPECT_NEAR(CompressedNoise(-0.4f, 0.02f, one, 1), 0.16, 1e-7) << "all of the difference";
 }
 
 TEST(Formulas, ShareOfChange) {
-  EXPECT_EQ(ShareOfChange(0), 0.25f);
-  EXPECT_EQ(ShareOfChange(1), 0.25f) << "the roughest surface";
-  EXPECT_EQ(ShareOfChange(kRoughnessOfImage), 1);
-  EXPECT_EQ(ShareOfChange(std::numeric_limits<float>::quiet_NaN()), 0.25f);
+  EXPECT_EQ(ShareOfChange(0, 20), 0.25f);
+  EXPECT_EQ(ShareOfChange(1, 20), 0.25f) << "the roughest surface";
+  EXPECT_EQ(ShareOfChange(kRoughnessOfImage, 20), 1);
+  EXPECT_EQ(ShareOfChange(std::numeric_limits<float>::quiet_NaN(), 20), 0.25f);
+  EXPECT_EQ(ShareOfChange(0, 4), 0.25f);
+  EXPECT_NEAR(ShareOfChange(0, 3), 0.5, 1e-3) << "a short history";
+  EXPECT_NEAR(ShareOfChange(0, 3.5f), 0.375, 1e-3);
+  EXPECT_EQ(ShareOfChange(kRoughnessOfImage, 3), 1);
+}
+
+TEST(Formulas, SingleVariance) {
+  // Two frames: the difference has the variance of 1 + 1/2 samples, of which a tenth counts.
+  EXPECT_NEAR(SingleVariance(-0.3f, 0, 2, 1.5f), 0.1 * 0.09 / 1.5, 1e-7);
+  EXPECT_EQ(SingleVariance(-0.3f, 0.02f, 2, 1.5f), 0.02f) << "the moments' is larger";
+  EXPECT_EQ(SingleVariance(-0.3f, 1e-4f, 4, 1.25f), 1e-4f) << "long enough for the moments";
 }
 
 TEST(Formulas, BiasOfFrame) {

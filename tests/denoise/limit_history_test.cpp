@@ -107,8 +107,10 @@ Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
     stages.correct_history(compared.work, p, &compared);
   }
   RunLevels(stages, kLimitHistoryLevels, &all);
-  for (ComparedPlanes& compared : all.compared) {
-    MeasureBias(compared.light, p, &compared);
+  for (size_t i = 0; i < count; ++i) {
+    ComparedPlanes& compared = all.compared[i];
+    MeasureBias(compared.light, (p.fine_signals >> i & 1) != 0 ? &compared.work : nullptr, p,
+                &compared);
   }
   stages.limit_history(limited, all.coarse, guides);
   return all;
@@ -119,8 +121,10 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
   for (uint32_t i = 0; i < kSignals; ++i) {
     light.push_back(test::MakeLight(lit, 40 + 10 * i));
   }
+  LimitHistoryParameters p = Limits(1, 0, 16, 0.25f);
+  p.fine_signals = 5;
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
-                  test::MakeGuides(true), Limits(1, 0, 16, 0.25f));
+                  test::MakeGuides(true), p);
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -343,6 +347,49 @@ TEST(LimitHistoryStage, AChangeOfAThinPartShortensItsHistory) {
       RunStage(kCpuStages, {light}, MakeSteadyHistory(0.2f), taps, guides, Limits(0, 4, 8));
   for (int y = 0; y < kHeight; ++y) {
     ASSERT_LT(LimitedLength(20, 0.05f, all.bias[0](kPole, y), 8), 1) << y;
+  }
+}
+
+TEST(LimitHistoryStage, ANarrowTrailIsFoundWithinFewPixels) {
+  // A highlight that has left a stripe of six pixels, three blocks: the neighbourhood of nine
+  // blocks shows a third of it.
+  constexpr int kLeft = 40;
+  const auto in_trail = [](int x) { return x >= kLeft && x < kLeft + 6; };
+  const GuidePlanes guides = MakeWalls(0);
+  SignalHistory history = MakeSteadyHistory(1);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      if (in_trail(x)) {
+        history.mean(x, y) = 1.5f;
+        history.variance(x, y) = 2.25f / 3;
+        history.compressed(x, y) = ScaledCompressed(history.compressed(x, y), 1.5f);
+      }
+    }
+  }
+  LimitHistoryParameters p = Limits(0, 4, 12);
+  for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
+    const ReprojectionTaps taps = FindTaps(*stages, guides, guides, 0);
+    const auto length = [&](int fine_signals, auto counts) {
+      p.fine_signals = fine_signals;
+      const Limited all = RunStage(*stages, {MakeNoise(1, 1, 0, 1)}, history, taps, guides, p);
+      double sum = 0;
+      int count = 0;
+      for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+          if (counts(x)) {
+            sum += static_cast<double>(LimitedLength(20, 0.05f, all.bias[0](x, y), 12));
+            ++count;
+          }
+        }
+      }
+      return sum / count;
+    };
+    const auto in_middle = [](int x) { return x >= kLeft + 2 && x < kLeft + 4; };
+    const auto far_away = [&](int x) { return std::abs(x - kLeft) > 24; };
+    const double coarse = length(0, in_middle);
+    EXPECT_GT(coarse, 1);
+    EXPECT_LT(length(1, in_middle), 0.5 * coarse);
+    EXPECT_GT(length(1, far_away), 0.97 * length(0, far_away));  // noise is no change
   }
 }
 

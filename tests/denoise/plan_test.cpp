@@ -110,6 +110,46 @@ TEST(Plan, PilotsOfTheSignals) {
   EXPECT_EQ(pilots(Preset("svgf")), (std::array{0, 0}));
 }
 
+TEST(Plan, DirectLightIsComparedWithinFewPixelsToo) {
+  const auto fine = [](SignalGrouping signals, uint32_t lights) {
+    Settings s;
+    s.signals = signals;
+    FrameFacts facts = UsualFacts();
+    facts.lights = lights;
+    return MakePlan(s, facts, kLater).limit_history.fine_signals;
+  };
+  constexpr uint32_t kAll = ~0u;
+  EXPECT_EQ(fine(SignalGrouping::kSplit, kAll), 5)
+      << "direct, specular; not indirect, transmission";
+  EXPECT_EQ(fine(SignalGrouping::kDirectIndirect, kAll), 1);
+  EXPECT_EQ(fine(SignalGrouping::kSingle, kAll), 1);
+  const uint32_t indirect = 1u << static_cast<uint32_t>(SignalKind::kIndirectDiffuse) |
+                            1u << static_cast<uint32_t>(SignalKind::kIndirectSpecular);
+  EXPECT_EQ(fine(SignalGrouping::kSplit, indirect), 0);
+  FrameFacts sparse = UsualFacts();
+  sparse.samples_per_pixel = 0.25f;
+  EXPECT_EQ(MakePlan(Settings(), sparse, kLater).limit_history.fine_signals, 0);
+}
+
+TEST(Plan, ShortHistoriesOfThePresets) {
+  const auto of = [](const char* preset, float samples_per_pixel) {
+    FrameFacts facts = UsualFacts();
+    facts.samples_per_pixel = samples_per_pixel;
+    return MakePlan(Preset(preset), facts, kLater).estimate_variance.short_history;
+  };
+  EXPECT_EQ(of("default", 1), kShortHistorySecondDifference);
+  EXPECT_EQ(of("default", 0.25f), kShortHistorySpread);
+  EXPECT_EQ(of("svgf", 1), kShortHistorySpread);
+  const auto radius = [](float samples_per_pixel) {
+    FrameFacts facts = UsualFacts();
+    facts.samples_per_pixel = samples_per_pixel;
+    return MakePlan(Settings(), facts, kLater).estimate_variance.short_history_radius;
+  };
+  EXPECT_EQ(radius(1), 2);
+  EXPECT_EQ(radius(0.25f), 3);
+  EXPECT_EQ(of("psvgf", 1), kShortHistoryNone);
+}
+
 TEST(Plan, LevelsOfThePresets) {
   const FramePlan psvgf = MakePlan(Preset("psvgf"), UsualFacts(), kLater);
   ASSERT_EQ(psvgf.levels, 5);

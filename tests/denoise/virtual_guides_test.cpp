@@ -286,7 +286,8 @@ TEST(VirtualGuides, TheFutureOfMirrorsIsFoundToo) {
   ASSERT_TRUE(pulled.ok() && *pulled) << pulled.status().message();
   const double both = ErrorInMirror(out.colour, 0);
   const double alone = ErrorInMirror(Denoised(Settings(), MirrorFrames(1, true)), 0);
-  EXPECT_LT(both, 0.5 * alone);
+  EXPECT_LT(both, 0.001);
+  EXPECT_LT(both, 0.6 * alone);
 }
 
 TEST(VirtualGuides, ErrorsNameTheImage) {

@@ -173,7 +173,7 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
   p.stages.compare_with_history({signals.data(), count}, work->taps, history.guides, in.roughness,
                                 &work->coarse);
   static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
-                "the results lie in `work` and in `light`");
+                "the results lie in `work` and in `light`, that of the first of two in `work`");
   if (p.plan.limit_history.correct_history != 0) {
     RunComparedLevels(p, kCorrectHistoryLevels, kAllSignals, work);
     if (p.plan.limit_history.wide_signals > 0) {
@@ -187,7 +187,8 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
   std::array<LimitedSignal, kMostGroups> limited;
   for (size_t i = 0; i < count; ++i) {
     ComparedPlanes& compared = work->compared[i];
-    MeasureBias(compared.light, p.plan.limit_history, &compared);
+    const bool fine = (p.plan.limit_history.fine_signals >> i & 1) != 0;
+    MeasureBias(compared.light, fine ? &compared.work : nullptr, p.plan.limit_history, &compared);
     WaveletPlanes& w = work->wavelet[i];
     limited[i] = {&compared, &work->light[i].samples, &w.ratio, &w.luminance_factor};
   }

@@ -88,9 +88,10 @@ HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
   return Exp2(hn::Mul(hn::Set(d, boost), Log2(ratio)));
 }
 
-/// Sums over a neighbourhood, of differences from the centre's mean.
+/// Sums over a neighbourhood, of differences from the centre's mean, and of second differences.
 struct SpreadSums {
-  VF weight, d, d2;
+  VF weight, d, d2, variance;
+  VF bend_weight, bend2;
 };
 
 /// One signal's history at the pixels x, x + 1, ... of a row.
@@ -100,19 +101,65 @@ struct SpreadRow {
   const float* variance;
 };
 
-HWY_INLINE void AddSpread(const SpreadRow& row, ptrdiff_t q, VF weight, VF centre,
-                          SpreadSums* sums) {
+/// Returns the weight where there is light, else 0.
+HWY_INLINE VF AddSpread(const SpreadRow& row, ptrdiff_t q, VF weight, VF centre, SpreadSums* sums) {
   const DF d;
   const MF known = hn::Gt(hn::LoadU(d, row.length + q), hn::Zero(d));
   const VF w = hn::IfThenElseZero(known, weight);
   const VF difference = hn::Sub(hn::LoadU(d, row.mean + q), centre);
-  const VF second = hn::MulAdd(difference, difference, hn::LoadU(d, row.variance + q));
   sums->weight = hn::Add(sums->weight, w);
   sums->d = hn::MulAdd(w, difference, sums->d);
-  sums->d2 = hn::MulAdd(w, second, sums->d2);
+  sums->d2 = hn::MulAdd(w, hn::Mul(difference, difference), sums->d2);
+  sums->variance = hn::MulAdd(w, hn::LoadU(d, row.variance + q), sums->variance);
+  return w;
 }
 
-/// Variance of single samples from the neighbourhood on the same surface, about each pixel's mean.
+/// The weights of a neighbourhood, row by row.
+using WindowVectors = float[2 * TapPairs::kMost + 1][hn::MaxLanes(DF())];
+
+/// Adds the second difference of three pixels in a line.
+/// \param at    place of the middle one in `weights`, from which the others are `next` away
+/// \param q     its place in the row, from which the others are `distance` away
+HWY_INLINE void AddSecondDifference(const WindowVectors& weights, int at, int next, const float* q,
+                                    ptrdiff_t distance, SpreadSums* sums) {
+  const DF d;
+  const VF middle = hn::LoadU(d, q);
+  const VF ends = hn::Add(hn::LoadU(d, q - distance), hn::LoadU(d, q + distance));
+  const VF bend = hn::Sub(ends, hn::Add(middle, middle));
+  const VF outer = hn::Mul(hn::Load(d, weights[at - next]), hn::Load(d, weights[at + next]));
+  const VF w = hn::Mul(outer, hn::Load(d, weights[at]));
+  sums->bend_weight = hn::Add(sums->bend_weight, w);
+  sums->bend2 = hn::MulAdd(w, hn::Mul(bend, bend), sums->bend2);
+}
+
+/// Adds those along all rows and columns.
+/// \param mean  of the pixel in the middle of the neighbourhood
+HWY_INLINE void AddSecondDifferences(const WindowVectors& weights, int radius, const float* mean,
+                                     ptrdiff_t stride, SpreadSums* sums) {
+  const int side = 2 * radius + 1;
+  for (int row = 0; row < side; ++row) {
+    for (int column = 0; column < side; ++column) {
+      const float* q = mean + (row - radius) * stride + (column - radius);
+      const int at = row * side + column;
+      if (column > 0 && column + 1 < side) {
+        AddSecondDifference(weights, at, 1, q, 1, sums);
+      }
+      if (row > 0 && row + 1 < side) {
+        AddSecondDifference(weights, at, side, q, stride, sums);
+      }
+    }
+  }
+}
+
+HWY_INLINE VF SecondDifferenceVariance(const SpreadSums& sums, VF spread) {
+  const DF d;
+  const VF share = hn::Set(d, kSpreadWeight);
+  const VF sum =
+      hn::MulAdd(share, spread, hn::Mul(sums.bend2, hn::Set(d, 1.0f / kSecondDifferenceVariances)));
+  return hn::Div(sum, hn::Add(sums.bend_weight, share));
+}
+
+/// Variance of single samples from the neighbourhood on the same surface.
 HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const TapVectors& weights,
                               int x, int y) {
   const DF d;
@@ -121,21 +168,32 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
   const SpreadRow row = {h.length.Row(y), h.mean.Row(y), h.variance.Row(y)};
   const VF centre = hn::LoadU(d, row.mean + x);
   const ptrdiff_t stride = h.mean.stride();
-  SpreadSums sums = {zero, zero, zero};
-  AddSpread(row, x, one, centre, &sums);
+  const bool bends = e.p.short_history == kShortHistorySecondDifference;
+  const int side = 2 * e.p.short_history_radius + 1;
+  const int middle = side * side / 2;
+  HWY_ALIGN WindowVectors window;
+  SpreadSums sums = {zero, zero, zero, zero, zero, zero};
+  hn::Store(AddSpread(row, x, one, centre, &sums), d, window[middle]);
   for (int i = 0; i < e.taps.count; ++i) {
     const TapPair& pair = e.taps.pair[i];
     // The border of the history differs from that of the guides.
     const ptrdiff_t distance =
         static_cast<ptrdiff_t>(pair.dy) * stride + static_cast<ptrdiff_t>(pair.dx);
-    AddSpread(row, x + distance, hn::Load(d, weights[2 * i]), centre, &sums);
-    AddSpread(row, x - distance, hn::Load(d, weights[2 * i + 1]), centre, &sums);
+    const int place = static_cast<int>(pair.dy) * side + static_cast<int>(pair.dx);
+    const VF after = AddSpread(row, x + distance, hn::Load(d, weights[2 * i]), centre, &sums);
+    const VF before = AddSpread(row, x - distance, hn::Load(d, weights[2 * i + 1]), centre, &sums);
+    hn::Store(after, d, window[middle + place]);
+    hn::Store(before, d, window[middle - place]);
   }
   const MF any = hn::Gt(sums.weight, zero);
   const VF scale = hn::Div(one, hn::IfThenElse(any, sums.weight, one));
   const VF mean_d = hn::Mul(sums.d, scale);
-  const VF variance = hn::NegMulAdd(mean_d, mean_d, hn::Mul(sums.d2, scale));
-  const VF estimate = hn::IfThenElseZero(any, hn::Max(variance, zero));
+  VF between = hn::Max(hn::NegMulAdd(mean_d, mean_d, hn::Mul(sums.d2, scale)), zero);
+  if (bends) {
+    AddSecondDifferences(window, e.p.short_history_radius, row.mean + x, stride, &sums);
+    between = SecondDifferenceVariance(sums, between);
+  }
+  const VF estimate = hn::IfThenElseZero(any, hn::MulAdd(sums.variance, scale, between));
   return hn::IfThenElse(hn::Lt(sums.weight, hn::Set(d, e.p.least_evidence)),
                         hn::Set(d, kUnknownVariance), estimate);
 }
@@ -226,7 +284,7 @@ uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
         const TemporalVariance temporal = VarianceOfHistory(e, signal, x, y);
         VF result = temporal.value;
         incomplete |= hn::AllFalse(d, temporal.missing) ? 0u : 1u << i;
-        if (e.p.short_history_spatial != 0 && !hn::AllFalse(d, temporal.is_short)) {
+        if (e.p.short_history != kShortHistoryNone && !hn::AllFalse(d, temporal.is_short)) {
           if (!has_weights) {
             FindWeights(e, NormalsAround(e.guides, y, &window), x, y, weights);
             has_weights = true;

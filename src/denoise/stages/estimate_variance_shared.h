@@ -15,13 +15,18 @@ SHARED_BEGIN
 
 SHARED_BLOCK(EstimateVarianceParameters) {
   EdgeStopping edges;
-  int variance_of_mean;       // 1: of the accumulated mean, 0: of a single frame
-  int short_history_spatial;  // 1: the spatial estimate for short histories, 0: zero is left there
+  int variance_of_mean;  // 1: of the accumulated mean, 0: of a single frame
+  int short_history;     // kShortHistory...
   float short_history_length;
   float short_history_boost;
   float least_evidence;      // sum of its weights below which the variance is kUnknownVariance
   int short_history_radius;  // of its neighbourhood, pixels, at most 3
 };
+
+// What estimates the variance of short histories.
+const int kShortHistoryNone = 0;  // zero is left there
+const int kShortHistorySpread = 1;
+const int kShortHistorySecondDifference = 2;
 
 // So large that the luminance weight is 1, so small that sums of it stay finite.
 const float kUnknownVariance = 1e20f;
@@ -32,6 +37,19 @@ const float kUnknownVariance = 1e20f;
 SHARED_FN float VarianceOfMean(float variance, float weights2) {
   float unbiased = variance / max(1.0f - weights2, 0.25f);
   return unbiased * weights2;
+}
+
+// The square of the second difference l(a) - 2 l(p) + l(b) of three pixels in a line has this many
+// times the variance of one.
+const float kSecondDifferenceVariances = 6.0f;
+// Weight of the spread beside the weights of the second differences. It decides alone where no
+// three pixels of a surface lie in a line.
+const float kSpreadWeight = 0.05f;
+
+// \param square, weight  sums over the second differences of a neighbourhood
+// \param spread          variance of its pixels about their mean
+SHARED_FN float SecondDifferenceVariance(float square, float weight, float spread) {
+  return (square / kSecondDifferenceVariances + kSpreadWeight * spread) / (weight + kSpreadWeight);
 }
 
 // Confidence in the spatial estimate grows as the history does: (full / length)^boost.

@@ -123,13 +123,19 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     const VF positive = hn::Max(l, zero);
     const VF compressed = hn::Div(positive, hn::Add(positive, scale));
     const VF change = hn::Sub(compressed, then);
-    const VF share = roughness.empty()  // ShareOfChange
-                         ? hn::Set(d, kShareOfChange)
-                         : hn::IfThenElse(hn::Ge(hn::LoadU(d, roughness.Row(y) + x),
-                                                 hn::Set(d, kRoughnessOfImage)),
-                                          one, hn::Set(d, kShareOfChange));
+    const VF shortness =  // Shortness
+        hn::Min(hn::Max(hn::Sub(hn::Set(d, kLengthWithVariance), length), zero), one);
+    VF share = hn::MulAdd(shortness, hn::Set(d, kShareOfShortChange - kShareOfChange),
+                          hn::Set(d, kShareOfChange));  // ShareOfChange
+    if (!roughness.empty()) {
+      const VF r = hn::LoadU(d, roughness.Row(y) + x);
+      share = hn::IfThenElse(hn::Ge(r, hn::Set(d, kRoughnessOfImage)), one, share);
+    }
     const VF compressed_noise =  // CompressedNoise
         hn::Max(hn::Mul(single, spread), hn::Mul(hn::Mul(share, change), change));
+    const VF by_change = hn::Mul(hn::Mul(shortness, hn::Set(d, kSingleOfShortChange)),
+                                 hn::Div(hn::Mul(change, change), spread));
+    const VF single_of_change = hn::Max(single, by_change);  // SingleVariance
     const auto store = [&](PixelRow row, VF value) HWY_ATTR __attribute__((always_inline)) {
       hn::StoreU(hn::IfThenElseZero(both, value), d, scratch.Row(first_row + row) + x);
     };
@@ -138,7 +144,7 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     store(kNoise, noise);
     store(kCompressedPresent, compressed);
     store(kCompressedHistory, then);
-    store(kSingle, single);
+    store(kSingle, single_of_change);
     store(kCompressedNoise, compressed_noise);
     store(kBoth, one);
     any = any || !hn::AllFalse(d, both);
@@ -428,14 +434,18 @@ void RescaleHistory(float scale, SignalHistory* history) {
   history->compressed_scale = scale;
 }
 
-void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& p,
-                 ComparedPlanes* planes) {
+void MeasureBias(const FilterPlanes& blurred, const FilterPlanes* fine,
+                 const LimitHistoryParameters& p, ComparedPlanes* planes) {
   ParallelRows(planes->bias.height(), 16, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < planes->bias.width(); ++x) {
-        const float bias = RelativeBias(blurred.colour[0](x, y), blurred.variance(x, y),
-                                        blurred.colour[1](x, y), p.limit_dead);
-        planes->bias(x, y) = planes->valid(x, y) > 0 ? bias : 0.0f;
+        const auto bias_in = [&](const FilterPlanes& level, float dead) {
+          return RelativeBias(level.colour[0](x, y), level.variance(x, y), level.colour[1](x, y),
+                              dead);
+        };
+        const float bias = bias_in(blurred, p.limit_dead);
+        const float of_fine = fine != nullptr ? bias_in(*fine, kFineDead * p.limit_dead) : 0.0f;
+        planes->bias(x, y) = planes->valid(x, y) > 0 ? std::max(bias, of_fine) : 0.0f;
       }
     }
   });

@@ -13,9 +13,10 @@
 /// left, at the fronts of shadows above all: it compares the compressed luminances of present and
 /// corrected history over some twenty pixels; the excess of their squared difference over its
 /// expected noise estimates the squared bias, from which a Kalman gain determines the number of
-/// samples that such a history is worth. The history holds the mean of compressed samples, not the
-/// compressed mean: a mean of few bright samples compresses to a higher value than the mean of the
-/// compressed samples, so that sparse light would always seem to change.
+/// samples that such a history is worth. For signals with direct light it does so over some six
+/// pixels too: trails of highlights are narrower. The history holds the mean of compressed samples,
+/// not the compressed mean: a mean of few bright samples compresses to a higher value than the mean
+/// of the compressed samples, so that sparse light would always seem to change.
 ///
 /// All averages are computed on a grid of half the resolution, by geometry-only wavelet levels with
 /// kernels of equal weights. Border of the full planes: that of the wavelet.
@@ -121,9 +122,11 @@ void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& 
                     ComparedPlanes* planes);
 }
 
-/// After the levels of limit_history, whose result is `blurred`: the bias.
-void MeasureBias(const FilterPlanes& blurred, const LimitHistoryParameters& parameters,
-                 ComparedPlanes* planes);
+/// After the levels of limit_history: the bias, the larger one of both levels.
+/// \param blurred  the result
+/// \param fine     that of the first level; nullptr: the result alone counts
+void MeasureBias(const FilterPlanes& blurred, const FilterPlanes* fine,
+                 const LimitHistoryParameters& parameters, ComparedPlanes* planes);
 
 /// One signal on the coarse grid and the pixels.
 struct LimitedSignal {

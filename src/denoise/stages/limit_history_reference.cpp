@@ -21,7 +21,7 @@ struct Means {
   float weight = 0;
 };
 
-void AddPixel(const NewLight& light, const SignalHistory& before, float share, int x, int y,
+void AddPixel(const NewLight& light, const SignalHistory& before, float roughness, int x, int y,
               float w, Means* m) {
   const float n = light.samples(x, y);
   const float length = before.length(x, y);
@@ -41,8 +41,11 @@ void AddPixel(const NewLight& light, const SignalHistory& before, float share, i
   const float compressed = CompressLuminance(l, scale);
   m->compressed_present += w * compressed;
   m->compressed_history += w * then;
-  m->single += w * single;
-  m->compressed_noise += w * w * CompressedNoise(compressed - then, n, single, weights2, share);
+  const float share = ShareOfChange(roughness, length);
+  const float change = compressed - then;
+  const float spread = SpreadOfDifference(n, weights2);
+  m->single += w * SingleVariance(change, single, length, spread);
+  m->compressed_noise += w * w * CompressedNoise(change, single, spread, share);
   m->weight += w;
 }
 
@@ -76,8 +79,8 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
           const int x = 2 * bx + (k & 1);
           const int y = 2 * by + (k >> 1);
           if (block.weight[k] > 0 && x < width && y < height) {
-            const float share = ShareOfChange(roughness.empty() ? 0.0f : roughness(x, y));
-            AddPixel(*signal.light, before, share, x, y, block.weight[k], &means);
+            const float r = roughness.empty() ? 0.0f : roughness(x, y);
+            AddPixel(*signal.light, before, r, x, y, block.weight[k], &means);
           }
         }
         StoreMeans(means, bx, by, signal.out);

@@ -23,6 +23,7 @@ SHARED_BLOCK(LimitHistoryParameters) {
   float jitter_x;     // where this frame's rays go, from the centres of the pixels
   float jitter_y;
   int wide_signals;  // whose wide change is measured, the first ones
+  int fine_signals;  // bit s: change of signal s is searched for within few pixels too
 };
 
 // Luminance compressed to 0..1, 1/2 at `scale`, which bounds the influence of one bright sample on
@@ -102,15 +103,38 @@ SHARED_FN float ComparisonNoise(float present, float n, float length, float mean
 // surface of few pixels, such as the rim of a ball, is a change of the light, loses its history and
 // stays as a speck. With all of it change on thin parts is noise. In virtual images all of it is:
 // they show many small parts, move exactly with their guides, and are rarely a change of the light.
+// Short histories have no other estimate of the noise, and little to lose: half of it.
 const float kShareOfChange = 0.25f;
-SHARED_FN float ShareOfChange(float roughness) {
-  return roughness >= kRoughnessOfImage ? 1.0f : kShareOfChange;
+const float kShareOfShortChange = 0.5f;
+// 1 for histories without a variance over time, 0 for those with one; continuous, so that rounding
+// decides nothing.
+SHARED_FN float Shortness(float length) {
+  return min(max(kLengthWithVariance - length, 0.0f), 1.0f);
+}
+SHARED_FN float ShareOfChange(float roughness, float length) {
+  float share = kShareOfChange + Shortness(length) * (kShareOfShortChange - kShareOfChange);
+  return roughness >= kRoughnessOfImage ? 1.0f : share;
+}
+
+// Variance of the difference between n samples and a history, in variances of a single sample.
+SHARED_FN float SpreadOfDifference(float n, float weights2) {
+  return 1.0f / max(n, 1.0f) + weights2;
 }
 
 // Expected squared difference d between compressed luminances of present and history, `single` the
 // variance of single samples; at least ShareOfChange of the difference itself.
-SHARED_FN float CompressedNoise(float d, float n, float single, float weights2, float share) {
-  return max(single * (1.0f / max(n, 1.0f) + weights2), share * d * d);
+// \param spread  SpreadOfDifference
+SHARED_FN float CompressedNoise(float d, float single, float spread, float share) {
+  return max(single * spread, share * d * d);
+}
+
+// Variance of single samples, to which RelativeBias relates the bias. That of short histories is 0
+// after one frame, and every difference beyond the noise would end them; the squared difference
+// itself has `spread` times the variance as long as the light is the same. A part of it is enough
+// for fronts of shadows to be followed, since short histories have little to lose.
+const float kSingleOfShortChange = 0.1f;
+SHARED_FN float SingleVariance(float d, float single, float length, float spread) {
+  return max(single, Shortness(length) * kSingleOfShortChange * (d * d / spread));
 }
 
 // Difference of the compressed history from one block to the next, of which `before` and `after`
@@ -207,6 +231,12 @@ SHARED_FN float RelativeBias(float d, float noise, float variance, float dead) {
   float excess = max(0.0f, d * d - (1.0f + dead) * noise);
   return min(excess / max(variance, 1e-8f), kMostBias);
 }
+
+// Trails of highlights and fronts of shadows may be narrower than the neighbourhood of
+// limit_history, and be lost in it. So what the first of its levels leaves counts too, where direct
+// light is in the signal: fewer pixels have more noise, and a dead zone that is wider by this
+// factor. Indirect light has no such fronts, but few bright samples.
+const float kFineDead = 2.0f;
 
 // The same relative to the variance of the mean of this frame's n samples. By LimitedLength in
 // samples a Kalman filter would not have the factor; it is measured (docs/denoiser.md): the less

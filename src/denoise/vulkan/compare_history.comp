@@ -22,7 +22,7 @@ layout(set = 1, binding = 8, LIGHT_FORMAT) writeonly uniform image2DArray compre
 
 #include "denoise/vulkan/coarse_grid.glsl"
 
-void CompareSignal(ivec2 block, int s, vec4 weight, vec4 share) {
+void CompareSignal(ivec2 block, int s, vec4 weight, vec4 roughness) {
   vec4 sum = vec4(0.0f);             // present, history, noise; weight
   vec4 sum_compressed = vec4(0.0f);  // difference, history, single, noise
   float scale = compressed_scale[s] * exposure[s];
@@ -43,8 +43,10 @@ void CompareSignal(ivec2 block, int s, vec4 weight, vec4 share) {
     float noise = ComparisonNoise(light.x, light.w, m.z, m.x, variance, m.w);
     sum += vec4(w * light.x, w * m.x, w * w * noise, w);
     float change = CompressLuminance(light.x, scale) - then;
-    sum_compressed += vec4(w * change, w * then, w * single,
-                           w * w * CompressedNoise(change, light.w, single, m.w, share[k]));
+    float share = ShareOfChange(roughness[k], m.z);
+    float spread = SpreadOfDifference(light.w, m.w);
+    sum_compressed += vec4(w * change, w * then, w * SingleVariance(change, single, m.z, spread),
+                           w * w * CompressedNoise(change, single, spread, share));
   }
   bool valid = sum.w > kLeastComparedWeight;
   float inverse = valid ? 1.0f / sum.w : 0.0f;
@@ -63,12 +65,12 @@ void main() {
     return;
   }
   Block found = FindBlock(block);
-  vec4 share = vec4(ShareOfChange(0.0f));
+  vec4 roughness = vec4(0.0f);
   [[unroll]] for (int k = 0; k < 4 && limit_history.has_roughness != 0; ++k) {
-    share[k] = ShareOfChange(texelFetch(roughness_image, min(PixelOf(block, k), Size() - 1), 0).x);
+    roughness[k] = texelFetch(roughness_image, min(PixelOf(block, k), Size() - 1), 0).x;
   }
   for (int s = 0; s < SignalCount(); ++s) {
-    CompareSignal(block, s, found.weight, share);
+    CompareSignal(block, s, found.weight, roughness);
   }
   StoreBlock(block, found);
 }

@@ -27,8 +27,23 @@ float UnknownVariance(int s) {
 #endif
 }
 
-// Variance of single samples from the neighbourhood on the same surface, about this pixel's
-// mean.
+const int kMostSide = 7;
+
+// Sums over the second differences of a neighbourhood whose rows are read from the first to the
+// last.
+struct Bends {
+  float square;
+  float weight;
+};
+
+void AddSecondDifference(vec3 l, vec3 w, inout Bends bends) {
+  float d = l.x - 2.0f * l.y + l.z;
+  float weight = w.x * w.y * w.z;
+  bends.square += weight * d * d;
+  bends.weight += weight;
+}
+
+// Variance of single samples from the neighbourhood on the same surface.
 float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   EdgeStopping edges = estimate_variance.edges;
   bool curved = IsCurved(edges);
@@ -44,24 +59,43 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float sum_weight = 0.0f;
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
+  float sum_variance = 0.0f;
+  Bends bends = Bends(0.0f, 0.0f);
+  // Differences from `mean`, and weights, of the rows before: x the last but one, y the last one.
+  vec2 column_d[kMostSide];
+  vec2 column_w[kMostSide];
+  for (int i = 0; i < kMostSide; ++i) {
+    column_d[i] = vec2(0.0f);
+    column_w[i] = vec2(0.0f);
+  }
   int radius = estimate_variance.short_history_radius;
   for (int dy = -radius; dy <= radius; ++dy) {
+    vec2 row_d = vec2(0.0f);
+    vec2 row_w = vec2(0.0f);
     for (int dx = -radius; dx <= radius; ++dx) {
       ivec2 q = at.xy + ivec2(dx, dy);
-      if (!Inside(q)) {
-        continue;
+      float w = 0.0f;
+      float d = 0.0f;
+      if (Inside(q)) {
+        vec4 m = texelFetch(moments, ivec3(q, at.z), 0);
+        Surface other = UnpackSurface(texelFetch(surface_image, q, 0));
+        if (m.z > 0.0f && other.inverse_depth > 0.0f) {
+          w = exp2(GeometryExponent2(edges, curved, planes, positions, geometry, other.normal,
+                                     other.inverse_depth, vec2(dx, dy)));
+          d = m.x - mean;
+          sum_weight += w;
+          sum_d += w * d;
+          sum_d2 += w * d * d;
+          sum_variance += w * VarianceOf(m.y);
+        }
       }
-      vec4 m = texelFetch(moments, ivec3(q, at.z), 0);
-      Surface other = UnpackSurface(texelFetch(surface_image, q, 0));
-      if (!(m.z > 0.0f) || !(other.inverse_depth > 0.0f)) {
-        continue;
-      }
-      float w = exp2(GeometryExponent2(edges, curved, planes, positions, geometry, other.normal,
-                                       other.inverse_depth, vec2(dx, dy)));
-      float d = m.x - mean;
-      sum_weight += w;
-      sum_d += w * d;
-      sum_d2 += w * (VarianceOf(m.y) + d * d);
+      int i = dx + radius;
+      AddSecondDifference(vec3(row_d, d), vec3(row_w, w), bends);
+      AddSecondDifference(vec3(column_d[i], d), vec3(column_w[i], w), bends);
+      row_d = vec2(row_d.y, d);
+      row_w = vec2(row_w.y, w);
+      column_d[i] = vec2(column_d[i].y, d);
+      column_w[i] = vec2(column_w[i].y, w);
     }
   }
   if (sum_weight < estimate_variance.least_evidence) {
@@ -71,7 +105,11 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
     return 0.0f;
   }
   float mean_d = sum_d / sum_weight;
-  return max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
+  float between = max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
+  if (estimate_variance.short_history == kShortHistorySecondDifference) {
+    between = SecondDifferenceVariance(bends.square, bends.weight, between);
+  }
+  return between + sum_variance / sum_weight;
 }
 
 void main() {
@@ -93,7 +131,7 @@ void main() {
       float single = VarianceOf(m.y);
       variance =
           estimate_variance.variance_of_mean != 0 ? VarianceOfMean(single, m.w) : single / samples;
-    } else if (estimate_variance.short_history_spatial != 0) {
+    } else if (estimate_variance.short_history != kShortHistoryNone) {
       float single = SpatialVariance(surface, detail, m.x, at) *
                      ShortHistoryBoost(m.z, estimate_variance.short_history_length,
                                        estimate_variance.short_history_boost);

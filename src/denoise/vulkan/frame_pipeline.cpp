@@ -405,7 +405,8 @@ void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) 
       {i.guides.surface, i.guides.detail, i.noisy, i.fetched.moments, i.fetched.compressed,
        i.coarse.surface, i.coarse.detail, i.compared[0], i.compressed_light});
   static_assert(kCorrectHistoryLevels % 2 == 1 && kLimitHistoryLevels % 2 == 0,
-                "the results lie in the second and in the first image");
+                "the results lie in the second and in the first image, that of the first of two "
+                "levels in the second");
   if (plan.limit_history.correct_history != 0) {
     RunComparedLevels("limit_history", kCorrectHistoryLevels, recorder);
     if (plan.limit_history.wide_signals > 0) {
@@ -416,8 +417,8 @@ void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) 
                 {i.compared[1], i.compressed_light, i.wide, i.ratio, i.compared[0]});
   RunComparedLevels("limit_history", kLimitHistoryLevels, recorder);
   recorder->Run(Shader::kLimitHistory, grid_,
-                {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[0], i.ratio,
-                 i.noisy, i.wavelet[1]});
+                {i.guides.surface, i.guides.detail, i.coarse.surface, i.compared[0], i.compared[1],
+                 i.ratio, i.noisy, i.wavelet[1]});
   Keep(recorder, "compared", i.wavelet[1]);
 }
 

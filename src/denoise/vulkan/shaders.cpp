@@ -20,7 +20,7 @@
   X(CompareHistory, "limit_history", 5, 4, 0, 0, kRead, kNone)            \
   X(MeasureChange, "limit_history", 1, 1, 0, 0, kNone, kNone)             \
   X(CorrectHistory, "limit_history", 3, 2, 0, 0, kNone, kNone)            \
-  X(LimitHistory, "limit_history", 6, 1, 0, 0, kNone, kNone)              \
+  X(LimitHistory, "limit_history", 7, 1, 0, 0, kNone, kNone)              \
   X(Accumulate, "accumulate", 7, 4, 0, 4, kRead, kNone)                   \
   X(MeasureHistory, "estimate_variance", 1, 0, 0, 0, kNone, kWritten)     \
   X(UpdateMean, "estimate_variance", 0, 0, 0, 4, kBoth, kRead)            \
