@@ -353,9 +353,8 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
       without_depth = FindCoveredWithoutDepth(frame_, alpha);
       // With a transparent film the background is not in the picture; as a layer it is unchanged.
       if (!without_depth.empty() && !volume_.empty() && !frame_.background.empty() &&
-          parts_ == nullptr && !IsPartlyTransparent(alpha)) {
-        MoveBackground(without_depth, volume_, frame_.guides.normal, &frame_.background,
-                       &SignalOf(SignalKind::kIndirectTransmission).radiance);
+          !IsPartlyTransparent(alpha)) {
+        FilterBackground(without_depth);
       }
     }
     AddRest();

@@ -10,6 +10,7 @@
 #include "core/pixels.h"
 #include "io/aov_importer.h"
 #include "io/aov_light.h"
+#include "io/fill_depth.h"
 #include "io/lossy.h"
 
 namespace stillray::io {
@@ -111,6 +112,14 @@ void Importer::ImportVolume() {
       AddTo(light, &volume_);
     }
   }
+}
+
+/// The background behind volumes joins their light. \param without_depth  see TakeBackground
+void Importer::FilterBackground(const Plane<uint8_t>& without_depth) {
+  const Image3 taken =
+      TakeBackground(without_depth, volume_, frame_.guides.normal, &frame_.background);
+  KeepPart(Aov::kBackground, SignalKind::kIndirectTransmission, taken);
+  AddTo(taken, &SignalOf(SignalKind::kIndirectTransmission).radiance);
 }
 
 /// The only signal is the colour without emission and background.

@@ -49,6 +49,7 @@ class Importer {
   Plane<uint32_t> Ids(const Channel& channel) const;
   void ImportPasses();
   void ImportVolume();
+  void FilterBackground(const Plane<uint8_t>& without_depth);
   void ImportColourAlone();
   void KeepStoredAlbedos();
   bool MayMixGuides() const;

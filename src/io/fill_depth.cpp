@@ -261,18 +261,20 @@ Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha) 
   return any ? std::move(marked) : Plane<uint8_t>();
 }
 
-void MoveBackground(const Plane<uint8_t>& without_depth, const Image3& volume, const Image3& normal,
-                    Image3* background, Image3* signal) {
+Image3 TakeBackground(const Plane<uint8_t>& without_depth, const Image3& volume,
+                      const Image3& normal, Image3* background) {
+  Image3 taken(background->width(), background->height());
   ForEachPixel(background->width(), background->height(), [&](int x, int y) {
     const vec3 n = VectorAt(normal, x, y);
     if (without_depth(x, y) == 0 || (dot(n, n) > 0 && !IsLit(volume, x, y))) {
       return;
     }
     for (int c = 0; c < 3; ++c) {
-      (*signal)[c](x, y) += (*background)[c](x, y);
+      taken[c](x, y) = (*background)[c](x, y);
       (*background)[c](x, y) = 0;
     }
   });
+  return taken;
 }
 
 void DivideByHits(const Image3& volume, const Image3& stored_normal, Image3* albedo) {

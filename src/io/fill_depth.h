@@ -25,14 +25,16 @@ bool IsPartlyTransparent(const Image1& alpha);
 /// \return 1 where a depth is missing; empty if none is
 Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha);
 
-/// Moves the background behind volumes to a signal: it has the noise of the samples that pass.
+/// Takes the background behind volumes, which becomes part of a signal: it has the noise of the
+/// samples that pass.
 /// Between hairs it stays, where its noise and that of the hair's light are opposite: a filter of
 /// one of them alone would let the other one show.
 /// \param without_depth  as FindCoveredWithoutDepth returns it
 /// \param volume         light of volumes
 /// \param normal         zero where no sample met a surface
-void MoveBackground(const Plane<uint8_t>& without_depth, const Image3& volume, const Image3& normal,
-                    Image3* background, Image3* signal);
+/// \param background     loses what is returned
+Image3 TakeBackground(const Plane<uint8_t>& without_depth, const Image3& volume,
+                      const Image3& normal, Image3* background);
 
 /// Divides the albedo of pixels that show a volume by the fraction of their samples that met a
 /// surface, which the length of the mean normal is where the surface is flat. The albedo of a mean

@@ -140,7 +140,9 @@ void WriteLayers(const Frame& frame, const Guides& guides, const AovLayout& layo
             light.channels[static_cast<size_t>(c)](x, y) * Share(estimates, i, c, x, y);
         const bool divided = !albedo.empty() && std::isfinite(albedo[c](x, y));  // as remodulate
         const float seen = divided ? Remodulate(own, albedo[c](x, y)) : own;
-        layer.values[c](x, y) = seen;
+        // Only the background behind volumes is filtered.
+        const float unfiltered = part.aov == Aov::kBackground ? frame.background[c](x, y) : 0.0f;
+        layer.values[c](x, y) = seen + unfiltered;
         if (stored != nullptr) {
           const float divisor = (*stored)[c](x, y);
           layer.values[c](x, y) = Divided(seen, divisor);

@@ -88,7 +88,8 @@ TEST_F(Stages, SamplesAreKept) {
       settings, &tested, 4, [&](int i) { return SeveralSamples(67, 35, i); },
       [&](const std::string& name) { return ToleranceOf(name, DevicePrecision::kFloat); },
       "several samples");
-  // Halves hold the squares less well than light: the last pictures alone.
+  // Halves hold the squares less well than light: the last pictures alone. With 16 samples a
+  // history ends soon after a difference exceeds its noise, which halves round by a thousandth.
   const auto picture = [&](Denoiser denoiser) {
     DenoisedFrame out;
     for (int i = 0; i < 4; ++i) {
@@ -99,7 +100,7 @@ TEST_F(Stages, SamplesAreKept) {
   const Image3 floats = picture(MakeDenoiser(settings, DevicePrecision::kFloat));
   const Image3 halves = picture(MakeDenoiser(settings, DevicePrecision::kHalf));
   const Image3 without = picture(MakeDenoiser(off, DevicePrecision::kFloat));
-  constexpr double kHalves = 0.015;
+  constexpr double kHalves = 0.03;
   constexpr double kChange = 4e-3;
   for (int c = 0; c < 3; ++c) {
     const double rms = test::Compare(halves[c], floats[c], kHalves).rms;

@@ -104,7 +104,7 @@ TEST(AlphaFilter, AlphaOfLaterFramesCounts) {
     }
     return sum;
   };
-  EXPECT_LT(squared_error(future), 0.4 * squared_error(FutureLight()));
+  EXPECT_LT(squared_error(future), 0.6 * squared_error(FutureLight()));
 }
 
 /// What changes without motion, as smoke does.

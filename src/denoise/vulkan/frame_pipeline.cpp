@@ -19,7 +19,7 @@
 //   atrous, wide         compared, coarse guides             changes                   4 + 2 n, 2 n
 //   correct_history      compared, changes                   compared, ratio           6 n, 3 n
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
-//   limit_history        compared, ratio, guides             limits                    18 + 18 n, 8 n
+//   limit_history        compared, ratio, guides             limits                    18 + 22 n, 8 n
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
