@@ -370,7 +370,7 @@ void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParamete
             hn::Set(d, 0.5f),  // JitterShift
             hn::Add(hn::Mul(g.x, hn::Set(d, p.jitter_x)), hn::Mul(g.y, hn::Set(d, p.jitter_y))));
         const VF left =  // JitterNoise
-            hn::Mul(hn::Set(d, 0.25f), hn::Add(hn::Mul(g.x, g.x), hn::Mul(g.y, g.y)));
+            hn::Mul(hn::Set(d, kJitterNoise), hn::Add(hn::Mul(g.x, g.x), hn::Mul(g.y, g.y)));
         difference = hn::Sub(difference, hn::IfThenElseZero(valid, shift));
         noise = hn::Add(noise, hn::IfThenElseZero(valid, left));
       }

@@ -156,8 +156,9 @@ SHARED_FN float JitterShift(float dx, float dy, float jitter_x, float jitter_y) 
 
 // Variance of what JitterShift leaves: where light bends, and by the offsets in the history. The
 // levels treat it as independent noise.
+const float kJitterNoise = 0.4f;
 SHARED_FN float JitterNoise(float dx, float dy) {
-  return 0.25f * (dx * dx + dy * dy);
+  return kJitterNoise * (dx * dx + dy * dy);
 }
 
 // How many expected variances of the difference count as noise in the ratio, and its bounds.
