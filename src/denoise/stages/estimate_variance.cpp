@@ -91,7 +91,7 @@ HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
 /// Sums over a neighbourhood, of differences from the centre's mean, and of second differences.
 struct SpreadSums {
   VF weight, d, d2, variance;
-  VF bend_weight, bend2;
+  VF difference_weight, difference2;
 };
 
 /// One signal's history at the pixels x, x + 1, ... of a row.
@@ -125,11 +125,11 @@ HWY_INLINE void AddSecondDifference(const WindowVectors& weights, int at, int ne
   const DF d;
   const VF middle = hn::LoadU(d, q);
   const VF ends = hn::Add(hn::LoadU(d, q - distance), hn::LoadU(d, q + distance));
-  const VF bend = hn::Sub(ends, hn::Add(middle, middle));
+  const VF difference = hn::Sub(ends, hn::Add(middle, middle));
   const VF outer = hn::Mul(hn::Load(d, weights[at - next]), hn::Load(d, weights[at + next]));
   const VF w = hn::Mul(outer, hn::Load(d, weights[at]));
-  sums->bend_weight = hn::Add(sums->bend_weight, w);
-  sums->bend2 = hn::MulAdd(w, hn::Mul(bend, bend), sums->bend2);
+  sums->difference_weight = hn::Add(sums->difference_weight, w);
+  sums->difference2 = hn::MulAdd(w, hn::Mul(difference, difference), sums->difference2);
 }
 
 /// Adds those along all rows and columns.
@@ -154,9 +154,9 @@ HWY_INLINE void AddSecondDifferences(const WindowVectors& weights, int radius, c
 HWY_INLINE VF SecondDifferenceVariance(const SpreadSums& sums, VF spread) {
   const DF d;
   const VF share = hn::Set(d, kSpreadWeight);
-  const VF sum =
-      hn::MulAdd(share, spread, hn::Mul(sums.bend2, hn::Set(d, 1.0f / kSecondDifferenceVariances)));
-  return hn::Div(sum, hn::Add(sums.bend_weight, share));
+  const VF sum = hn::MulAdd(
+      share, spread, hn::Mul(sums.difference2, hn::Set(d, 1.0f / kSecondDifferenceVariances)));
+  return hn::Div(sum, hn::Add(sums.difference_weight, share));
 }
 
 /// Variance of single samples from the neighbourhood on the same surface.
@@ -168,7 +168,7 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
   const SpreadRow row = {h.length.Row(y), h.mean.Row(y), h.variance.Row(y)};
   const VF centre = hn::LoadU(d, row.mean + x);
   const ptrdiff_t stride = h.mean.stride();
-  const bool bends = e.p.short_history == kShortHistorySecondDifference;
+  const bool by_differences = e.p.short_history == kShortHistorySecondDifference;
   const int side = 2 * e.p.short_history_radius + 1;
   const int middle = side * side / 2;
   HWY_ALIGN WindowVectors window;
@@ -189,7 +189,7 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
   const VF scale = hn::Div(one, hn::IfThenElse(any, sums.weight, one));
   const VF mean_d = hn::Mul(sums.d, scale);
   VF between = hn::Max(hn::NegMulAdd(mean_d, mean_d, hn::Mul(sums.d2, scale)), zero);
-  if (bends) {
+  if (by_differences) {
     AddSecondDifferences(window, e.p.short_history_radius, row.mean + x, stride, &sums);
     between = SecondDifferenceVariance(sums, between);
   }

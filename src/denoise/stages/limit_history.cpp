@@ -434,18 +434,33 @@ void RescaleHistory(float scale, SignalHistory* history) {
   history->compressed_scale = scale;
 }
 
+namespace {
+
+/// RelativeBias of a row of blocks after one of the levels, or what `bias` has, if that is larger.
+void RaiseBias(const FilterPlanes& level, float dead, int y, float* bias) {
+  const float* difference = level.colour[0].Row(y);
+  const float* variance = level.colour[1].Row(y);
+  const float* noise = level.variance.Row(y);
+  for (int x = 0; x < level.variance.width(); ++x) {
+    bias[x] = std::max(bias[x], RelativeBias(difference[x], noise[x], variance[x], dead));
+  }
+}
+
+}  // namespace
+
 void MeasureBias(const FilterPlanes& blurred, const FilterPlanes* fine,
                  const LimitHistoryParameters& p, ComparedPlanes* planes) {
   ParallelRows(planes->bias.height(), 16, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
+      float* bias = planes->bias.Row(y);
+      std::fill_n(bias, planes->bias.width(), 0.0f);
+      RaiseBias(blurred, p.limit_dead, y, bias);
+      if (fine != nullptr) {
+        RaiseBias(*fine, kFineDead * p.limit_dead, y, bias);
+      }
+      const float* valid = planes->valid.Row(y);
       for (int x = 0; x < planes->bias.width(); ++x) {
-        const auto bias_in = [&](const FilterPlanes& level, float dead) {
-          return RelativeBias(level.colour[0](x, y), level.variance(x, y), level.colour[1](x, y),
-                              dead);
-        };
-        const float bias = bias_in(blurred, p.limit_dead);
-        const float of_fine = fine != nullptr ? bias_in(*fine, kFineDead * p.limit_dead) : 0.0f;
-        planes->bias(x, y) = planes->valid(x, y) > 0 ? std::max(bias, of_fine) : 0.0f;
+        bias[x] = valid[x] > 0 ? bias[x] : 0.0f;
       }
     }
   });

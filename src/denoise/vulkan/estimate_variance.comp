@@ -31,16 +31,16 @@ const int kMostSide = 7;
 
 // Sums over the second differences of a neighbourhood whose rows are read from the first to the
 // last.
-struct Bends {
+struct SecondDifferences {
   float square;
   float weight;
 };
 
-void AddSecondDifference(vec3 l, vec3 w, inout Bends bends) {
+void AddSecondDifference(vec3 l, vec3 w, inout SecondDifferences sums) {
   float d = l.x - 2.0f * l.y + l.z;
   float weight = w.x * w.y * w.z;
-  bends.square += weight * d * d;
-  bends.weight += weight;
+  sums.square += weight * d * d;
+  sums.weight += weight;
 }
 
 // Variance of single samples from the neighbourhood on the same surface.
@@ -60,7 +60,7 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float sum_d = 0.0f;
   float sum_d2 = 0.0f;
   float sum_variance = 0.0f;
-  Bends bends = Bends(0.0f, 0.0f);
+  SecondDifferences differences = SecondDifferences(0.0f, 0.0f);
   // Differences from `mean`, and weights, of the rows before: x the last but one, y the last one.
   vec2 column_d[kMostSide];
   vec2 column_w[kMostSide];
@@ -90,8 +90,8 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
         }
       }
       int i = dx + radius;
-      AddSecondDifference(vec3(row_d, d), vec3(row_w, w), bends);
-      AddSecondDifference(vec3(column_d[i], d), vec3(column_w[i], w), bends);
+      AddSecondDifference(vec3(row_d, d), vec3(row_w, w), differences);
+      AddSecondDifference(vec3(column_d[i], d), vec3(column_w[i], w), differences);
       row_d = vec2(row_d.y, d);
       row_w = vec2(row_w.y, w);
       column_d[i] = vec2(column_d[i].y, d);
@@ -107,7 +107,7 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float mean_d = sum_d / sum_weight;
   float between = max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
   if (estimate_variance.short_history == kShortHistorySecondDifference) {
-    between = SecondDifferenceVariance(bends.square, bends.weight, between);
+    between = SecondDifferenceVariance(differences.square, differences.weight, between);
   }
   return between + sum_variance / sum_weight;
 }
