@@ -133,8 +133,8 @@ TEST(EstimateVariance, TheNeighbourhoodMayHave5x5Pixels) {
 TEST(EstimateVariance, SecondDifferencesTakeNoSlopeForNoise) {
   EstimateVarianceParameters p = MakeParameters();
   p.short_history_radius = 2;
-  // A steep ramp has no second differences, and a spread of 5 (its 25 pixels: 1 and 4 of 49
-  // variances of -2..2, times (1 + 9)): only kSpreadWeight of that is left of 30 lines.
+  // A steep ramp has no second differences. The variance of -2..2 is 2, and the spread of the ramp
+  // (1 + 9) times that, of which kSpreadWeight beside 30 lines is left.
   const SignalHistory ramp = MakeHistory(
       1, 0, 1, [](int x, int y) { return static_cast<float>(x) + 3 * static_cast<float>(y); });
   const double spread = 2.0 * (1 + 9);
@@ -172,7 +172,7 @@ TEST(EstimateVariance, SecondDifferencesHaveTheVarianceOfNoise) {
 }
 
 TEST(EstimateVariance, ThinSurfacesHaveTheirSpread) {
-  // A pole of one pixel: three in a line are there along it alone; of two diagonal pixels, never.
+  // Two diagonal pixels: no three of the surface lie in a line.
   GuidePlanes guides = MakeWall();
   const auto on_line = [](int x, int y) { return x + y == 11 && y >= 4 && y <= 5; };
   for (int y = 0; y < kHeight; ++y) {
