@@ -39,7 +39,7 @@ def arguments():
     parser.add_argument("--judged", default="8", help="frames with references, such as 8,12")
     parser.add_argument("--reference", default=768, type=int, help="samples of references")
     parser.add_argument("--filter-width", default=1.5, type=float,
-                        help="of Blender's pixel filter (default: 1.5); 0.01: all rays through the centres of pixels")
+                        help="of Blender's pixel filter (default: 1.5); 0.01: all rays through centres")
     parser.add_argument("--transparent", action="store_true")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
 
@@ -151,16 +151,20 @@ def moving_lamp():
 
 def clear(name, colour, metallic, transmission):
     made = material(name, colour, 0, metallic)
-    made.node_tree.nodes["Principled BSDF"].inputs["Transmission"].default_value = transmission
+    inputs = made.node_tree.nodes["Principled BSDF"].inputs
+    name = "Transmission Weight" if "Transmission Weight" in inputs else "Transmission"  # from Blender 4 on
+    inputs[name].default_value = transmission
     return made
 
 
 def mirror():
     room()
     up = math.pi / 2
-    add("cube", "mirror", (2.97, 5.2, 1.5), (1.3, 0.8, 0.01), clear("silver", (0.9, 0.9, 0.9), 1, 0), 20, (up, 0, up))
-    add("uv_sphere", "glass", (0.2, 4.3, 0.4), (0.4, 0.4, 0.4), clear("glass", (0.95, 0.98, 0.96), 0, 1), 21)
-    add("cube", "pane", (-1.9, 3.9, 0.7), (0.5, 0.5, 0.01), clear("pane", (0.95, 0.98, 0.96), 0, 1), 22, (up, 0, 0.5))
+    silver = clear("silver", (0.9, 0.9, 0.9), 1, 0)
+    glass = clear("glass", (0.95, 0.98, 0.96), 0, 1)
+    add("cube", "mirror", (2.97, 5.2, 1.5), (1.3, 0.8, 0.01), silver, 20, (up, 0, up))
+    add("uv_sphere", "glass", (0.2, 4.3, 0.4), (0.4, 0.4, 0.4), glass, 21)
+    add("cube", "pane", (-1.9, 3.9, 0.7), (0.5, 0.5, 0.01), glass, 22, (up, 0, 0.5))
 
 
 def lens():
@@ -247,7 +251,8 @@ def fur():
     camera((0.3, 0.8, 1.5), (-0.3, 1.0, 1.4), (0.2, 5, 0.9), 32)
 
 
-SHOTS = {"room": room, "lamp": moving_lamp, "mirror": mirror, "lens": lens, "shutter": shutter, "smoke": smoke, "cloud": cloud, "fur": fur}
+SHOTS = {"room": room, "lamp": moving_lamp, "mirror": mirror, "lens": lens, "shutter": shutter,
+         "smoke": smoke, "cloud": cloud, "fur": fur}
 
 
 def set_up(options):

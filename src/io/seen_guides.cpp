@@ -45,6 +45,10 @@ float Sum(const Image3& image, int x, int y) {
 constexpr int kNeighbours[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0},
                                    {1, 0},   {-1, 1}, {0, 1},  {1, 1}};
 
+bool IsInside(const Image1& plane, int x, int y) {
+  return x >= 0 && y >= 0 && x < plane.width() && y < plane.height();
+}
+
 /// What each pixel sees, as linear view-space depth and world-space normal.
 struct Seen {
   Image1 depth;  ///< infinite: the sky; 0: the surface itself
@@ -224,8 +228,7 @@ Support SupportOf(const Seen& seen, const Patches& patches, int x, int y) {
   for (const auto& [dx, dy] : kNeighbours) {
     const int u = x + dx;
     const int v = y + dy;
-    if (u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height() &&
-        patches.Of(u, v) == patches.Of(x, y)) {
+    if (IsInside(seen.depth, u, v) && patches.Of(u, v) == patches.Of(x, y)) {
       ++support.neighbours;
       support.same += SeesSame(seen, x, y, u, v) ? 1 : 0;
     }
@@ -241,8 +244,7 @@ ivec2 CommonNeighbour(const Seen& seen, const Patches& patches, int x, int y, in
   for (const auto& [dx, dy] : kNeighbours) {
     const int u = x + dx;
     const int v = y + dy;
-    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
-    if (inside && patches.Of(u, v) == patches.Of(x, y)) {
+    if (IsInside(seen.depth, u, v) && patches.Of(u, v) == patches.Of(x, y)) {
       const int same = SupportOf(seen, patches, u, v).same;
       best = same > most ? ivec2(u, v) : best;
       most = std::max(same, most);
@@ -257,8 +259,7 @@ int Agreement(const Seen& seen, int x, int y, ivec2 other) {
   for (const auto& [dx, dy] : kNeighbours) {
     const int u = x + dx;
     const int v = y + dy;
-    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
-    same += inside && SeesSame(seen, other.x, other.y, u, v) ? 1 : 0;
+    same += IsInside(seen.depth, u, v) && SeesSame(seen, other.x, other.y, u, v) ? 1 : 0;
   }
   return same;
 }
@@ -279,14 +280,14 @@ bool SeesColour(const Seen& seen, int x, int y, int u, int v) {
 ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
   constexpr int kNearlyAll = 6;
   const auto is_same = [&](int x0, int y0, int u, int v) {
-    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
-    return inside && SeesSame(seen, x0, y0, u, v) && SeesColour(seen, x0, y0, u, v);
+    return IsInside(seen.depth, u, v) && SeesSame(seen, x0, y0, u, v) &&
+           SeesColour(seen, x0, y0, u, v);
   };
   for (const auto& [i, j] : kNeighbours) {
     const int u = x + i;
     const int v = y + j;
-    const bool inside = u >= 0 && v >= 0 && u < seen.depth.width() && v < seen.depth.height();
-    if (!inside || !SeesSame(seen, x, y, u, v) || SeesColour(seen, x, y, u, v)) {
+    if (!IsInside(seen.depth, u, v) || !SeesSame(seen, x, y, u, v) ||
+        SeesColour(seen, x, y, u, v)) {
       continue;
     }
     int count = 0;
