@@ -9,7 +9,8 @@ reference.####.exr of the frames of --judged. Shots:
 
   room     a tiled room with a metal ball, a table and a sliding cube; still camera settings
   lamp     the same, lit by a small lamp that moves through it: highlights and shadows move
-  mirror   the same with a mirror on the wall, a glass ball and a pane of glass
+  heads    another room: heads of gold, steel, plastic and plaster, poles and a small moving lamp
+  mirror   the room with a mirror on the wall, a glass ball and a pane of glass
   lens     the same, out of focus behind and before the cube
   shutter  the same with motion blur: Vector is zero
   smoke    the same with smoke that moves
@@ -149,6 +150,41 @@ def moving_lamp():
     move(light, "location", (-1.8, 3.4, 2.4), (1.6, 4.9, 1.9))
 
 
+def heads():
+    world((0.01, 0.01, 0.012))
+    up, flat = math.pi / 2, 0.001
+    add("cube", "floor", (0, 4, 0), (4, 5, flat),
+        material("floor", (0.55, 0.5, 0.42), 0.5, checker=((0.3, 0.28, 0.3), 6)), 1)
+    add("cube", "ceiling", (0, 4, 3.2), (4, 5, flat), material("ceiling", (0.7, 0.7, 0.7), 0.9), 2)
+    add("cube", "back", (0, 8.5, 1.6), (4, 1.6, flat),
+        material("wall", (0.62, 0.6, 0.55), 0.9, checker=((0.5, 0.42, 0.36), 11)), 3, (up, 0, 0))
+    add("cube", "left", (-3.6, 4, 1.6), (5, 1.6, flat), material("red", (0.6, 0.25, 0.2), 0.9), 4, (up, 0, up))
+    add("cube", "right", (3.6, 4, 1.6), (5, 1.6, flat), material("blue", (0.25, 0.35, 0.6), 0.9), 5, (up, 0, up))
+    add("cube", "front", (0, -0.8, 1.6), (4, 1.6, flat), material("grey", (0.6, 0.6, 0.6), 0.9), 6, (up, 0, 0))
+    gold, steel = material("gold", (0.9, 0.65, 0.25), 0.3, 1), material("steel", (0.7, 0.7, 0.72), 0.15, 1)
+    plastic, plaster = material("plastic", (0.1, 0.2, 0.7), 0.15), material("plaster", (0.75, 0.73, 0.7), 0.95)
+    for i, (x, y, z, size, look) in enumerate(((-1.5, 5.0, 0.8, 0.55, gold), (0.2, 5.8, 0.9, 0.6, plastic),
+                                               (1.7, 4.8, 0.7, 0.5, plaster), (0.6, 3.9, 0.35, 0.3, steel))):
+        head = add("monkey", f"head{i}", (x, y, z), (size, size, size), look, 10 + i, (0, 0, 0.3 * (i - 1)))
+        bpy.ops.object.modifier_add(type="SUBSURF")
+        head.modifiers[-1].levels = head.modifiers[-1].render_levels = 2
+        bpy.ops.object.shade_smooth()
+    bright, dark = material("pole", (0.8, 0.8, 0.78), 0.4), material("dark", (0.1, 0.1, 0.1), 0.3, 1)
+    for i in range(9):
+        add("cylinder", f"pole{i}", (0.7 * i - 2.8, 6.8, 1.6), (0.03, 0.03, 1.6), bright if i % 2 else dark, 20 + i)
+    add("torus", "ring", (-0.6, 4.0, 0.35), (0.35, 0.35, 0.35), steel, 40, (1.2, 0, 0.4))
+    add("cylinder", "column", (2.6, 6.2, 1.6), (0.3, 0.3, 1.6), plaster, 41)
+    cube = add("cube", "cube", (-2.2, 3.8, 0.3), (0.25, 0.25, 0.25), plastic, 42)
+    move(cube, "location", (-2.4, 3.6, 0.3), (0.6, 3.2, 0.3))
+    data = bpy.data.lights.new("bulb", "POINT")
+    data.energy, data.shadow_soft_size = 110, 0.08
+    bulb = bpy.data.objects.new("bulb", data)
+    bpy.context.collection.objects.link(bulb)
+    move(bulb, "location", (-2.2, 4.2, 2.2), (2.4, 4.6, 1.7))
+    lamp((0, 4, 3.15), (0, 4, 0), 20, 2)
+    camera((-0.2, 0.2, 1.6), (0.2, 0.9, 1.5), (0, 5.5, 0.85), 26)
+
+
 def clear(name, colour, metallic, transmission):
     made = material(name, colour, 0, metallic)
     inputs = made.node_tree.nodes["Principled BSDF"].inputs
@@ -251,7 +287,7 @@ def fur():
     camera((0.3, 0.8, 1.5), (-0.3, 1.0, 1.4), (0.2, 5, 0.9), 32)
 
 
-SHOTS = {"room": room, "lamp": moving_lamp, "mirror": mirror, "lens": lens, "shutter": shutter,
+SHOTS = {"room": room, "lamp": moving_lamp, "heads": heads, "mirror": mirror, "lens": lens, "shutter": shutter,
          "smoke": smoke, "cloud": cloud, "fur": fur}
 
 

@@ -88,8 +88,13 @@ bool IsSmooth(SignalKind kind) {
          kind == SignalKind::kIndirectTransmission;
 }
 
-/// Signals of nothing but smooth light. \param lights  that are given, as in FrameFacts
-int SmoothSignals(std::span<const SignalGroup> signals, uint32_t lights) {
+bool IsReflected(SignalKind kind) {
+  return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular;
+}
+
+/// Signals of nothing but light of some kinds. \param lights  that are given, as in FrameFacts
+int SignalsOfOnly(bool (*is_one)(SignalKind), std::span<const SignalGroup> signals,
+                  uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
     bool any = false;
@@ -97,7 +102,7 @@ int SmoothSignals(std::span<const SignalGroup> signals, uint32_t lights) {
     for (const SignalKind kind : signals[i].kinds) {
       if ((lights >> static_cast<uint32_t>(kind) & 1u) != 0) {
         any = true;
-        all = all && IsSmooth(kind);
+        all = all && is_one(kind);
       }
     }
     mask |= any && all ? 1 << i : 0;
@@ -264,14 +269,16 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                   .eaw_sigma_l = s.eaw_sigma_l,
                   .eaw_sigma_n = s.eaw_sigma_n,
                   .eaw_sigma_z = s.eaw_sigma_z,
-                  .grows = Int(plan->is_sparse)};
+                  .grows = Int(plan->is_sparse),
+                  .reflected_signals = SignalsOfOnly(IsReflected, plan->signals, facts.lights)};
   plan->levels = ListLevels(s, &plan->level);
   plan->pilot_signals = PilotSignals(s, plan->signals, facts.lights);
 }
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
-  plan->energy_signals = plan->runs.restore_energy ? SmoothSignals(plan->signals, facts.lights) : 0;
+  plan->energy_signals =
+      plan->runs.restore_energy ? SignalsOfOnly(IsSmooth, plan->signals, facts.lights) : 0;
   plan->keep_samples = {
       .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0};
   plan->keep_mirrors = {
@@ -345,6 +352,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }
+  int& reflected = of_layer.atrous.reflected_signals;
+  reflected = reflected >> layer.first & mask;
   int& wide = of_layer.limit_history.wide_signals;
   wide = std::clamp(wide - static_cast<int>(layer.first), 0, static_cast<int>(layer.count));
   int& fine = of_layer.limit_history.fine_signals;
@@ -385,11 +394,11 @@ std::array<int, kPilotLevels> PilotSignals(const Settings& s, std::span<const Si
   if (!s.pilot || s.wavelet != Wavelet::kSvgf) {
     return {};
   }
-  return {(1 << signals.size()) - 1, SmoothSignals(signals, lights)};
+  return {(1 << signals.size()) - 1, SignalsOfOnly(IsSmooth, signals, lights)};
 }
 
 int DetailSignals(std::span<const SignalGroup> signals, uint32_t lights) {
-  return ~SmoothSignals(signals, lights) & ((1 << signals.size()) - 1);
+  return ~SignalsOfOnly(IsSmooth, signals, lights) & ((1 << signals.size()) - 1);
 }
 
 Status CheckDeviceSettings(const Settings& s) {

@@ -310,8 +310,9 @@ std::vector<Row> MakeTable() {
                 .type = kFloat,
                 .group = "edge_stopping",
                 .help = "Rate at which curved surfaces lower sigma_n, so that their pixels have "
-                        "neighbours: to sigma_n / (1 + curvature sigma_n a^2), but not below 8, "
-                        "where the normal turns by a radians per pixel. 0: off.",
+                        "neighbours: to sigma_n / (1 + curvature sigma_n a^2), but not below 8 "
+                        "(32 for specular light), where the normal turns by a radians per pixel. "
+                        "0: off.",
                 .max = 100.0},
        .member = &Settings::curvature},
       {.info = {.name = "depth_weight",

@@ -3,8 +3,10 @@
 #include "denoise/stages/atrous.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -53,6 +55,7 @@ struct Picture {
   Image1 variance{width, height, kBorder};
   Image1 luminance_factor{width, height, kBorder};
   Image1 valid{width, height, kBorder};
+  bool reflected = false;  ///< the light is specular
 
   Picture(int w, int h) : width(w), height(h) {
     for (int y = 0; y < h; ++y) {
@@ -108,6 +111,7 @@ Filtered RunStage(Version atrous, const Picture& picture, const AtrousLevel& lev
   signal.eaw_sigma_l = p.eaw_sigma_l;
   signal.valid_out = &out.valid_out;
   signal.pilot = pilot;
+  signal.reflected = picture.reflected;
   atrous({&signal, 1}, picture.guides, level, p);
   return out;
 }
@@ -461,10 +465,85 @@ TEST(Atrous, PackedNormalsMatchTheReference) {
   }
 }
 
+/// A cylinder whose normals turn by `turn` radians per column.
+Picture MakeCylinder(float turn) {
+  Picture picture(33, 9);
+  picture.guides.turn2 = Image1(33, 9);
+  picture.From(0, [&](int x, int y) {
+    const float angle = turn * static_cast<float>(x - 16);
+    picture.guides.normal[0](x, y) = std::sin(angle);
+    picture.guides.normal[2](x, y) = std::cos(angle);
+    picture.guides.turn2(x, y) = turn * turn;
+  });
+  return picture;
+}
+
+// By hand: where normals turn by a radians per column, the exponent of diffuse light is
+// sigma_n / (1 + curvature sigma_n a^2), that of specular light 32 if that is more.
+TEST(Atrous, SpecularLightIsNotBlurredAcrossStrongTurns) {
+  AtrousParameters p = MakeParameters();
+  p.edges.sigma_n = 128;
+  p.edges.curvature = 0.5f;
+  const AtrousLevel level = {kAtrousSvgf, 1, 1};
+  for (const Version version : kVersions) {
+    for (const double turn : {0.1, 0.2, 0.3, 0.4}) {
+      SCOPED_TRACE(turn);
+      Picture picture = MakeCylinder(static_cast<float>(turn));
+      for (int y = 0; y < picture.height; ++y) {
+        picture.colour[0](16, y) = 5;
+      }
+      const float diffuse = RunStage(version, picture, level, p).planes.colour[0](16, 4);
+      picture.reflected = true;
+      const float specular = RunStage(version, picture, level, p).planes.colour[0](16, 4);
+      const auto expected = [&](double least) {
+        const double exponent = std::max(128 / (1 + 0.5 * 128 * turn * turn), least);
+        const double neighbour = 0.5 * std::pow(std::cos(turn), exponent);
+        return (0.5 * 5 + neighbour) / (0.5 + neighbour);
+      };
+      // The logarithm of the cosine is to second order.
+      EXPECT_NEAR(diffuse, expected(8), 0.02);
+      EXPECT_NEAR(specular, expected(32), 0.02);
+      EXPECT_TRUE(turn < 0.21 ? specular == diffuse : specular > diffuse + 0.2f);
+    }
+  }
+}
+
+// The exponents of specular light replace those of other light: no signal sees another's.
+TEST(Atrous, SpecularLightBesideOtherLightIsFilteredAsAlone) {
+  AtrousParameters p = MakeParameters();
+  p.edges.curvature = 0.5f;
+  p.noise_ratio = 1.5f;
+  Picture picture = MakeBusyPicture(53, 21, 1.0f);
+  const Filtered diffuse = RunStage(&cpu::Atrous, picture, {kAtrousSvgf, 2, 2}, p);
+  picture.reflected = true;
+  const Filtered specular = RunStage(&cpu::Atrous, picture, {kAtrousSvgf, 2, 2}, p);
+  Filtered out[3] = {Filtered(picture), Filtered(picture), Filtered(picture)};
+  std::vector<AtrousSignal> signals;
+  for (const int i : {0, 1, 2}) {
+    signals.push_back({&picture.colour, &picture.variance, &out[i].planes,
+                       &picture.luminance_factor, &picture.valid});
+    signals.back().reflected = i == 1;
+  }
+  cpu::Atrous(signals, picture.guides, {kAtrousSvgf, 2, 2}, p);
+  for (const int i : {0, 1, 2}) {
+    const Filtered& alone = i == 1 ? specular : diffuse;
+    test::ExpectEqual(out[i].planes.colour[0], alone.planes.colour[0]);
+    test::ExpectEqual(out[i].planes.variance, alone.planes.variance);
+  }
+  float difference = 0;
+  picture.From(0, [&](int x, int y) {
+    difference = std::max(
+        difference, std::abs(diffuse.planes.colour[0](x, y) - specular.planes.colour[0](x, y)));
+  });
+  EXPECT_GT(difference, 0.01f);
+}
+
 TEST(Atrous, VectorsMatchTheReference) {
   test::ForSizesAndTargets([](int width, int height) {
     for (const float lit : {0.1f, 0.8f, 1.0f}) {
       const Picture picture = MakeBusyPicture(width, height, lit);
+      Picture reflected = picture;
+      reflected.reflected = true;
       for (const int weights : kAllWeights) {
         for (const AtrousLevel& level : {AtrousLevel{weights, 1, 1},
                                          {weights, 2, 1},
@@ -485,8 +564,11 @@ TEST(Atrous, VectorsMatchTheReference) {
           other.edges.curvature = 2;
           CompareVersions(picture, level, other);
           CompareVersions(picture, level, curved, &picture.variance);
+          CompareVersions(reflected, level, curved, &picture.variance);
+          CompareVersions(reflected, level, other);
           for (const AtrousParameters& any : {MakeParameters(), other, curved}) {
             CompareVersions(picture, level, ByPosition(any, width, height, 0.3f));
+            CompareVersions(reflected, level, ByPosition(any, width, height, 0.3f));
           }
           AtrousParameters low = MakeParameters();
           low.edges.sigma_n = 16;  // by the logarithm

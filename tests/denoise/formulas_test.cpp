@@ -376,21 +376,22 @@ TEST(Formulas, ColourCurves) {
 }
 
 TEST(EdgeStopping, CurvedSurfacesAcceptTheirNeighbours) {
-  EXPECT_EQ(CurvedSigmaN(64, 0, 0.5f), 64);
-  EXPECT_NEAR(CurvedSigmaN(64, 0.01f, 0.5f), 64 / (1 + 0.5 * 64 * 0.01), 1e-4);
-  EXPECT_EQ(CurvedSigmaN(64, 1, 0.5f), kLeastCurvedSigmaN);
-  EXPECT_EQ(CurvedSigmaN(4, 1, 0.5f), 4) << "never above sigma_n";
+  constexpr float kLeast = 8;
+  EXPECT_EQ(CurvedSigmaN(64, 0, 0.5f, kLeast), 64);
+  EXPECT_NEAR(CurvedSigmaN(64, 0.01f, 0.5f, kLeast), 64 / (1 + 0.5 * 64 * 0.01), 1e-4);
+  EXPECT_EQ(CurvedSigmaN(64, 1, 0.5f, kLeast), kLeast);
+  EXPECT_EQ(CurvedSigmaN(4, 1, 0.5f, kLeast), 4) << "never above sigma_n";
   EdgeStopping edges = {};
   edges.sigma_n = 64;
   for (const double angle : {0.0, 0.05, 0.2, 0.5}) {
     const double cosine = std::cos(angle);
-    EXPECT_NEAR(NormalWeightAt(edges, static_cast<float>(cosine), 0.04f), std::pow(cosine, 64),
-                1e-5);
+    EXPECT_NEAR(NormalWeightAt(edges, static_cast<float>(cosine), 0.04f, kLeast),
+                std::pow(cosine, 64), 1e-5);
     edges.curvature = 0.5f;
     const double exponent = 64 / (1 + 0.5 * 64 * 0.04);
     // The logarithm to second order: off by (1 - c)^3 / 3.
     const double bound = exponent * std::pow(1 - cosine, 3) / 2 + 1e-5;
-    EXPECT_NEAR(NormalWeightAt(edges, static_cast<float>(cosine), 0.04f),
+    EXPECT_NEAR(NormalWeightAt(edges, static_cast<float>(cosine), 0.04f, kLeast),
                 std::pow(cosine, exponent), bound);
     edges.curvature = 0;
   }

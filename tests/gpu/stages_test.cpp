@@ -5,6 +5,7 @@
 // kinds of settings, on frames with missing and broken samples, disocclusions and odd sizes.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -194,6 +195,33 @@ TEST_F(Stages, NormalsAreThoseOfThePrecisionByDefault) {
     EXPECT_EQ(by_default.second, same.second);
     EXPECT_EQ(other.second > same.second, half);
     EXPECT_EQ(other.second < same.second, !half);
+  }
+}
+
+/// Ridges, over which the normal turns by 0.3 radians per pixel.
+Frame Ridges(int width, int height, int index) {
+  Frame f = MakeBusyFrame(width, height, index);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const float angle = 0.3f * static_cast<float>(x % 9 - 4);
+      f.guides.normal[0](x, y) = std::sin(angle);
+      f.guides.normal[1](x, y) = 0;
+      f.guides.normal[2](x, y) = std::cos(angle);
+    }
+  }
+  return f;
+}
+
+// There the normal weight of specular light differs from that of other light.
+TEST_F(Stages, SpecularLightOnStrongTurns) {
+  for (const DevicePrecision precision : {DevicePrecision::kFloat, DevicePrecision::kHalf}) {
+    for (const char* signals : {"split", "diffuse_specular", "single"}) {
+      const Settings settings = test::WithoutFxaa(test::With("default", {{"signals", signals}}));
+      Denoiser tested = MakeDenoiser(settings, precision);
+      test::ExpectReferencePictures(
+          settings, &tested, 3, [](int i) { return Ridges(67, 35, i); },
+          [&](const std::string& name) { return ToleranceOf(name, precision); }, signals);
+    }
   }
 }
 

@@ -162,13 +162,15 @@ void RunPilot(const CpuPipeline& p, int level, const GuidePlanes& guides,
   }
 }
 
-AtrousSignal SignalOf(const CpuPipeline& p, int level, bool has_pilot, WaveletPlanes* planes) {
+AtrousSignal SignalOf(const CpuPipeline& p, int level, size_t index, bool has_pilot,
+                      WaveletPlanes* planes) {
   AtrousSignal signal = {planes->light, planes->variance, &planes->filter[planes->target],
                          p.plan.runs.estimate_variance ? &planes->luminance_factor : nullptr,
                          planes->where};
   signal.all_valid = planes->all_valid;
   signal.eaw_sigma_l =
       p.plan.atrous.eaw_sigma_l * planes->mean_luminance * std::exp2f(static_cast<float>(-level));
+  signal.reflected = (p.plan.atrous.reflected_signals >> index & 1) != 0;
   signal.pilot = has_pilot ? &planes->pilot : nullptr;
   signal.valid_out = p.plan.atrous.grows != 0 && !planes->all_valid ? &planes->valid_out : nullptr;
   return signal;
@@ -228,7 +230,7 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
     if (p.plan.runs.estimate_variance) {
       RunPrefilterVariance(p, guides, has_pilot, &(*wavelet)[i], out);
     }
-    signals[i] = SignalOf(p, level, has_pilot, &(*wavelet)[i]);
+    signals[i] = SignalOf(p, level, i, has_pilot, &(*wavelet)[i]);
   }
   if (outputs->any()) {
     KeepWeights(p, level, guides, {signals.data(), count}, outputs);

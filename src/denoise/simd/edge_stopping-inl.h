@@ -87,8 +87,10 @@ HWY_INLINE GuideRow GuideRowOf(const GuidePlanes& g, const NormalRows& normals,
           e.curvature > 0 ? g.turn2.Row(y) : nullptr};
 }
 
+/// \param least_sigma_n  see CurvedSigmaN
 template <Depths kDepths = Depths::kEither>
-HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& e, int x) {
+HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& e, int x,
+                                       float least_sigma_n = kLeastCurvedSigmaN) {
   const DF d;
   GuideCentre c;
   c.nx = hn::LoadU(d, row.nx + x);
@@ -114,7 +116,7 @@ HWY_INLINE GuideCentre LoadGuideCentre(const GuideRow& row, const EdgeStopping& 
   if (row.turn2 != nullptr) {
     const VF curved =
         hn::MulAdd(hn::Set(d, e.curvature * e.sigma_n), hn::LoadU(d, row.turn2 + x), one);
-    const VF least = hn::Set(d, kLog2E * std::min(e.sigma_n, kLeastCurvedSigmaN));
+    const VF least = hn::Set(d, kLog2E * std::min(e.sigma_n, least_sigma_n));
     c.sigma_n = hn::Max(hn::Div(hn::Set(d, kLog2E * e.sigma_n), curved), least);
   }
   return c;

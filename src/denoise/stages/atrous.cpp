@@ -271,9 +271,23 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
   return sums;
 }
 
+/// Whether the exponents of specular light differ from those of other light at some of the pixels
+/// x, x + 1, ... of a row.
+HWY_INLINE bool IsRaised(const EdgeStopping& edges, const GuideRow& guide, int x) {
+  const DF d;
+  if (guide.turn2 == nullptr) {
+    return false;
+  }
+  // CurvedSigmaN without a bound is below kLeastReflectedSigmaN from this squared turn on.
+  const float turn2 =
+      (edges.sigma_n / kLeastReflectedSigmaN - 1) / (edges.curvature * edges.sigma_n);
+  return !hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.turn2 + x), hn::Set(d, turn2)));
+}
+
 /// Computes the exponents of the guides for all taps of a row.
 /// \tparam kNormals  not with Depths::kPosition, whose exponents choose it themselves
-template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId>
+/// \tparam kReflected  those of specular light, where they differ from those that `to` holds
+template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId, bool kReflected>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const DF d;
   // Copies, so that compilers need not reload them after stores.
@@ -282,11 +296,18 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
   const bool test_id = kTestId && pass.parameters->wavelet_id != 0;
   const int width = pass.guides->id.width();
+  const float least = kReflected ? kLeastReflectedSigmaN : kLeastCurvedSigmaN;
   const NextGuides next = NextGuidesOf(pass, false, y);
   for (int x = 0; x < width; x += LaneCount(), to.first += LaneCount()) {
-    next.Fetch(x);
+    if constexpr (kReflected) {
+      if (!IsRaised(edges, guide, x)) {
+        continue;
+      }
+    } else {
+      next.Fetch(x);
+    }
     if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
-      const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
+      const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x, least);
       if constexpr (kDepths == Depths::kPosition) {
         PositionExponents(taps, edges, test_id, guide, c, x, y, to);
       } else {
@@ -497,25 +518,25 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
 }
 
 /// Template arguments rather than branches in the innermost loop.
-template <int kPairs>
+template <int kPairs, bool kReflected>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const AtrousParameters& p = *pass.parameters;
   const Normals normals = NormalsOf(p.edges);
   const bool plane = p.edges.depth_weight_plane != 0;
   if (p.edges.depth_weight_position != 0) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, kReflected>(pass, y, to);
   } else if (normals == Normals::kLogarithm) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true, kReflected>(pass, y, to);
   } else if (normals == Normals::kCurved && plane && p.wavelet_id == 0) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, kReflected>(pass, y, to);
   } else if (normals == Normals::kCurved) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, kReflected>(pass, y, to);
   } else if (p.wavelet_id != 0) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true, kReflected>(pass, y, to);
   } else if (plane) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false, kReflected>(pass, y, to);
   } else {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false, kReflected>(pass, y, to);
   }
 }
 
@@ -542,14 +563,27 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
 }
 
 /// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
-/// signal, so that few planes are read at a time.
+/// signal, so that few planes are read at a time; specular light last, whose exponents replace the
+/// others.
 template <int kPairs>
 void FilterRow(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);
   const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
-  ExponentsOfRow<kPairs>(pass, y, exponents);
+  ExponentsOfRow<kPairs, false>(pass, y, exponents);
+  bool any_reflected = false;
   for (const AtrousSignal& signal : pass.signals) {
-    FilterSignalRow<kPairs>(pass, signal, y, exponents);
+    any_reflected = any_reflected || signal.reflected;
+    if (!signal.reflected) {
+      FilterSignalRow<kPairs>(pass, signal, y, exponents);
+    }
+  }
+  if (any_reflected && pass.parameters->edges.curvature > 0) {
+    ExponentsOfRow<kPairs, true>(pass, y, exponents);
+  }
+  for (const AtrousSignal& signal : pass.signals) {
+    if (signal.reflected) {
+      FilterSignalRow<kPairs>(pass, signal, y, exponents);
+    }
   }
 }
 

@@ -57,6 +57,9 @@ struct AtrousSignal {
   const Image1* valid;             ///< positive where there is light on a surface, else 0
   bool all_valid = false;          ///< every surface has light, so `valid` is redundant
   float eaw_sigma_l = 1;           ///< in units of light, of this level
+  /// Nothing but specular light: its normal weight, of kAtrousSvgf, is narrower where a surface is
+  /// strongly curved (kLeastReflectedSigmaN).
+  bool reflected = false;
   /// Luminance that the weights of kAtrousSvgf compare; nullptr: that of `colour`. Where `valid` is
   /// 0 it may have any value.
   const Image1* pilot = nullptr;

@@ -47,7 +47,9 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
                                        signal.eaw_sigma_l, p.eaw_sigma_n, p.eaw_sigma_z));
   }
   const float depth = DepthExponent(e, ip, iq, slope, pixel, offset);
-  const float geometry = NormalWeightAt(e, dot(np, nq), Turn2At(g, x, y)) * exp(-depth);
+  const bool reflected = signal.reflected && level.weights == kAtrousSvgf;
+  const float least = reflected ? kLeastReflectedSigmaN : kLeastCurvedSigmaN;
+  const float geometry = NormalWeightAt(e, dot(np, nq), Turn2At(g, x, y), least) * exp(-depth);
   if (level.weights == kAtrousGeometry) {
     return geometry;
   }

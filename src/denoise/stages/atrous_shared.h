@@ -37,7 +37,8 @@ SHARED_BLOCK(AtrousParameters) {
   float eaw_sigma_l;  // in mean luminances of the signal
   float eaw_sigma_n;
   float eaw_sigma_z;
-  int grows;  // 1: pixels that a level fills are taps of the next
+  int grows;              // 1: pixels that a level fills are taps of the next
+  int reflected_signals;  // bit s: signal s is specular light (kLeastReflectedSigmaN)
 };
 
 SHARED_END

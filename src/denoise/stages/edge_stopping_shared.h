@@ -36,14 +36,19 @@ SHARED_FN float NormalWeight(float cosine, float sigma_n) {
   return pow(max(cosine, 0.0f), sigma_n);
 }
 
-// Exponents of curved surfaces do not fall below this (half of the weight is left at 24 degrees).
+// Exponents of curved surfaces do not fall below this (half of the weight is left at 24 degrees)
+// ...
 const float kLeastCurvedSigmaN = 8.0f;
+// ... and those of specular light not below this (12 degrees): what a pixel reflects turns by twice
+// as much as the normal, so that neighbours across a strong turn reflect something else.
+const float kLeastReflectedSigmaN = 32.0f;
 
 // The exponent of the normal weight on a surface whose normal turns by the root of `turn2` radians
 // per pixel. With one exponent for all surfaces, pixels of small spheres, of pipes and of heads
 // have few neighbours or none, and keep their noise.
-SHARED_FN float CurvedSigmaN(float sigma_n, float turn2, float curvature) {
-  return max(sigma_n / (1.0f + curvature * sigma_n * turn2), min(sigma_n, kLeastCurvedSigmaN));
+// \param least  kLeastCurvedSigmaN or kLeastReflectedSigmaN
+SHARED_FN float CurvedSigmaN(float sigma_n, float turn2, float curvature, float least) {
+  return max(sigma_n / (1.0f + curvature * sigma_n * turn2), min(sigma_n, least));
 }
 
 // The natural logarithm of the cosine to second order about 1: exponents of the normal weight on
@@ -53,9 +58,10 @@ SHARED_FN float LogCosine(float cosine) {
 }
 
 // The normal weight of a neighbour of a pixel with this squared turn.
-SHARED_FN float NormalWeightAt(EdgeStopping e, float cosine, float turn2) {
-  return e.curvature > 0.0f ? exp(CurvedSigmaN(e.sigma_n, turn2, e.curvature) * LogCosine(cosine))
-                            : NormalWeight(cosine, e.sigma_n);
+SHARED_FN float NormalWeightAt(EdgeStopping e, float cosine, float turn2, float least) {
+  return e.curvature > 0.0f
+             ? exp(CurvedSigmaN(e.sigma_n, turn2, e.curvature, least) * LogCosine(cosine))
+             : NormalWeight(cosine, e.sigma_n);
 }
 
 // |z_p - z_q| / (sigma_z |grad z . (p - q)| + eps), eps in proportion to depth: SVGF eq. 3, PSVGF

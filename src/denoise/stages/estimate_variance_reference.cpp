@@ -38,7 +38,8 @@ Window WindowAt(const SignalHistory& h, const GuidePlanes& g, const EstimateVari
       const float depth = DepthExponent(e, ip, iq, slope, pixel, offset);
       const int row = dy + window.radius;
       const int column = dx + window.radius;
-      window.weight[row][column] = NormalWeightAt(e, cosine, Turn2At(g, x, y)) * exp(-depth);
+      window.weight[row][column] =
+          NormalWeightAt(e, cosine, Turn2At(g, x, y), kLeastCurvedSigmaN) * exp(-depth);
       window.mean[row][column] = h.mean(qx, qy);
       window.variance[row][column] = h.variance(qx, qy);
     }

@@ -277,6 +277,7 @@ Tap TapAt(ivec2 p, ivec2 d, int s) {
 struct Pixel {
   bool has_surface;  // else its value stays
   TapGeometry geometry;
+  float raised_scale;  // by which NormalScale of specular light is above that of other light
   uint id;
 };
 
@@ -285,16 +286,20 @@ Pixel LoadPixel(EdgeStopping edges, ivec2 p) {
   Surface surface = SurfaceAt(p, ivec2(0));
   Detail detail = Detail(vec2(0.0f), 0u);
   float sigma_n = edges.sigma_n;
+  float reflected_sigma_n = sigma_n;
   pixel.has_surface = surface.inverse_depth > 0.0f;
   if (pixel.has_surface) {
     detail = UnpackDetail(texelFetch(detail_image, p, 0), surface.inverse_depth);
     if (kCurved && (kWeights == kAtrousGeometry || kWeights == kAtrousSvgf)) {
       float turn2 = texelFetch(turn2_image, ivec3(p, 0), 0).x;
-      sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
+      sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature, kLeastCurvedSigmaN);
+      reflected_sigma_n =
+          CurvedSigmaN(edges.sigma_n, turn2, edges.curvature, kLeastReflectedSigmaN);
     }
   }
   pixel.geometry =
       GeometryOf(edges, kCurved, kPlanes, kPositions, p, surface, detail, sigma_n, float(tap_step));
+  pixel.raised_scale = NormalScale(reflected_sigma_n - sigma_n, kCurved);
   pixel.id = detail.id;
   return pixel;
 }
@@ -332,6 +337,13 @@ float SharedExponent2(EdgeStopping edges, TapGeometry own, Surface other, vec2 o
   }
   return GeometryExponent2(edges, kCurved, kPlanes, kPositions, own, other.normal,
                            other.inverse_depth, offset);
+}
+
+// What the normal weight of specular light adds to it.
+float ReflectedExponent2(Pixel pixel, Surface other) {
+  return kWeights == kAtrousSvgf && kCurved
+             ? NormalExponent2(dot(pixel.geometry.normal, other.normal), pixel.raised_scale, true)
+             : 0.0f;
 }
 
 // The exponent of 2 of the luminance weight of q for signal s.
@@ -397,16 +409,19 @@ void main() {
       float h = row_weight * KernelWeight(x);
       bool counts = true;
       float exponent2 = 0.0f;  // of the weights that all signals share
+      float reflected2 = 0.0f;
       if (kWeights != kAtrousNaive) {
         Surface other = SurfaceAt(p, d);
         bool is_centre = x == 0 && y == 0;
         counts = CountsAt(other) && (!kComparesIds || IdAt(p, d) == pixel.id);
         exponent2 = is_centre ? 0.0f : SharedExponent2(edges, pixel.geometry, other, vec2(d));
+        reflected2 = is_centre ? 0.0f : ReflectedExponent2(pixel, other);
       }
       [[unroll]] for (int s = 0; s < kSignals; ++s) {
         Tap q = TapAt(p, d, s);
         // One exponential for all weights of a tap.
-        float w = h * exp2(exponent2 + LuminanceExponent2(own[s], luminance[s], q, s));
+        float shared2 = exponent2 + ((atrous.reflected_signals >> s & 1) != 0 ? reflected2 : 0.0f);
+        float w = h * exp2(shared2 + LuminanceExponent2(own[s], luminance[s], q, s));
         w = counts && IsValid(q.light.w) ? w : 0.0f;
         float deviation = w * q.light.w;
         sum[s] += vec4(w * q.light.xyz, deviation * deviation);

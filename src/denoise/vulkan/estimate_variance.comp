@@ -52,7 +52,7 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float sigma_n = edges.sigma_n;
   if (curved) {
     float turn2 = texelFetch(turn2_image, ivec3(at.xy, 0), 0).x;
-    sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature);
+    sigma_n = CurvedSigmaN(edges.sigma_n, turn2, edges.curvature, kLeastCurvedSigmaN);
   }
   TapGeometry geometry =
       GeometryOf(edges, curved, planes, positions, at.xy, s, detail, sigma_n, 1.0f);
