@@ -36,10 +36,9 @@ SHARED_FN float NormalWeight(float cosine, float sigma_n) {
   return pow(max(cosine, 0.0f), sigma_n);
 }
 
-// Exponents of curved surfaces do not fall below this (half of the weight is left at 24 degrees)
-// ...
+// Exponents of curved surfaces do not fall below this: half of the weight is left at 24 degrees.
 const float kLeastCurvedSigmaN = 8.0f;
-// ... and those of specular light not below this (12 degrees): what a pixel reflects turns by twice
+// Those of specular light do not fall below this (12 degrees): what a pixel reflects turns by twice
 // as much as the normal, so that neighbours across a strong turn reflect something else.
 const float kLeastReflectedSigmaN = 32.0f;
 
