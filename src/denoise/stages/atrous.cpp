@@ -275,9 +275,6 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
 /// x, x + 1, ... of a row.
 HWY_INLINE bool IsRaised(const EdgeStopping& edges, const GuideRow& guide, int x) {
   const DF d;
-  if (guide.turn2 == nullptr) {
-    return false;
-  }
   // CurvedSigmaN without a bound is below kLeastReflectedSigmaN from this squared turn on.
   const float turn2 =
       (edges.sigma_n / kLeastReflectedSigmaN - 1) / (edges.curvature * edges.sigma_n);
@@ -518,25 +515,38 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
 }
 
 /// Template arguments rather than branches in the innermost loop.
-template <int kPairs, bool kReflected>
+template <int kPairs>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const AtrousParameters& p = *pass.parameters;
   const Normals normals = NormalsOf(p.edges);
   const bool plane = p.edges.depth_weight_plane != 0;
   if (p.edges.depth_weight_position != 0) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, false>(pass, y, to);
   } else if (normals == Normals::kLogarithm) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true, false>(pass, y, to);
   } else if (normals == Normals::kCurved && plane && p.wavelet_id == 0) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, false>(pass, y, to);
   } else if (normals == Normals::kCurved) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, false>(pass, y, to);
   } else if (p.wavelet_id != 0) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true, false>(pass, y, to);
   } else if (plane) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false, false>(pass, y, to);
   } else {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false, kReflected>(pass, y, to);
+    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false, false>(pass, y, to);
+  }
+}
+
+/// The same for specular light, where it differs: on curved surfaces.
+template <int kPairs>
+void ReflectedExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
+  const AtrousParameters& p = *pass.parameters;
+  if (p.edges.depth_weight_position != 0) {
+    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, true>(pass, y, to);
+  } else if (p.edges.depth_weight_plane != 0 && p.wavelet_id == 0) {
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, true>(pass, y, to);
+  } else {
+    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, true>(pass, y, to);
   }
 }
 
@@ -569,7 +579,7 @@ template <int kPairs>
 void FilterRow(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);
   const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
-  ExponentsOfRow<kPairs, false>(pass, y, exponents);
+  ExponentsOfRow<kPairs>(pass, y, exponents);
   bool any_reflected = false;
   for (const AtrousSignal& signal : pass.signals) {
     any_reflected = any_reflected || signal.reflected;
@@ -578,7 +588,7 @@ void FilterRow(const AtrousPass& pass, int y) {
     }
   }
   if (any_reflected && pass.parameters->edges.curvature > 0) {
-    ExponentsOfRow<kPairs, true>(pass, y, exponents);
+    ReflectedExponentsOfRow<kPairs>(pass, y, exponents);
   }
   for (const AtrousSignal& signal : pass.signals) {
     if (signal.reflected) {
