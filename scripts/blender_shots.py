@@ -11,6 +11,7 @@ reference.####.exr of the frames of --judged. Shots:
   lamp     the same, lit by a small lamp that moves through it: highlights and shadows move
   heads    another room: heads of gold, steel, plastic and plaster, poles and a small moving lamp
   mirror   the room with a mirror on the wall, a glass ball and a pane of glass
+  curved   the room with a chrome ball, a chrome vase, a glass ball and a glass head
   lens     the same, out of focus behind and before the cube
   shutter  the same with motion blur: Vector is zero
   smoke    the same with smoke that moves
@@ -203,6 +204,24 @@ def mirror():
     add("cube", "pane", (-1.9, 3.9, 0.7), (0.5, 0.5, 0.01), glass, 22, (up, 0, 0.5))
 
 
+def curved():
+    room()
+    chrome, glass = clear("chrome", (0.9, 0.9, 0.92), 1, 0), clear("glass", (0.95, 0.98, 0.96), 0, 1)
+    add("uv_sphere", "chrome", (0.75, 4.6, 0.45), (0.45, 0.45, 0.45), chrome, 20)
+    vase = add("cylinder", "vase", (-0.75, 4.5, 0.5), (0.3, 0.3, 0.5), chrome, 21)
+    head = add("monkey", "glass", (0, 3.7, 0.45), (0.35, 0.35, 0.35), glass, 22, (0, 0, 0.4))
+    bead = add("uv_sphere", "bead", (-0.15, 5.2, 0.7), (0.35, 0.35, 0.35), glass, 23)
+    for thing in (head, vase):
+        bpy.context.view_layer.objects.active = thing
+        bpy.ops.object.modifier_add(type="SUBSURF" if thing is head else "BEVEL")
+    head.modifiers[-1].levels = head.modifiers[-1].render_levels = 2
+    vase.modifiers[-1].width, vase.modifiers[-1].segments = 0.08, 6
+    for thing in (head, vase, bead):
+        thing.select_set(True)
+        bpy.context.view_layer.objects.active = thing
+        bpy.ops.object.shade_smooth()
+
+
 def lens():
     eye, cube, _ = room()
     eye.data.dof.use_dof = True
@@ -287,8 +306,8 @@ def fur():
     camera((0.3, 0.8, 1.5), (-0.3, 1.0, 1.4), (0.2, 5, 0.9), 32)
 
 
-SHOTS = {"room": room, "lamp": moving_lamp, "heads": heads, "mirror": mirror, "lens": lens, "shutter": shutter,
-         "smoke": smoke, "cloud": cloud, "fur": fur}
+SHOTS = {"room": room, "lamp": moving_lamp, "heads": heads, "mirror": mirror, "curved": curved, "lens": lens,
+         "shutter": shutter, "smoke": smoke, "cloud": cloud, "fur": fur}
 
 
 def set_up(options):

@@ -64,7 +64,7 @@ void Note(const AovLayout& used, const std::string& reason, std::vector<std::str
   const std::string depth = LayerNameOf(used, Aov::kSeenDepth);
   notes->push_back(
       reason.empty()
-          ? fmt::format("reflections and refractions of planar mirrors and panes follow {}, and "
+          ? fmt::format("reflections in mirrors and what is seen through glass follow {}, and "
                         "the normals and albedo beside it",
                         depth)
           : fmt::format("reflections and refractions do not follow {}, and are blurred where they "

@@ -236,7 +236,7 @@ void SetCurvedImages(Frame* frame) {
     const Surfaces surfaces(g, *view);
     ForEachPixel(width, height, [&](int x, int y) {
       const bool smooth = known && g.roughness(x, y) < kSmooth;
-      if (smooth || ShowsImage(frame->reflection, x, y) || ShowsImage(frame->refraction, x, y)) {
+      if (smooth || ShowsImage(frame->reflection, x, y)) {
         return;
       }
       const float distance = glm::length(surfaces.PointAt(x, y));

@@ -23,12 +23,12 @@ inline constexpr float kCurvedRoughness = 0.3f;
 bool HasCurvedImages(const Guides& guides);
 
 /// Adds depth and motion of the image to frame->reflection, made if it is empty, where a surface
-/// is convex and no image is known: z + i cos(angle to the viewing axis), 1 / i = 2 c + 1 / d, with
-/// the largest principal curvature c and the distance d of the surface from the camera in place of
-/// that of what is reflected. Where that guess matters (2 c d < 2) there is no image, and up to 4
-/// it is nearer to the surface. The motion is that of the camera at the image's depth.
+/// is convex and no reflected image is known: z + i cos(angle to the viewing axis), 1 / i = 2 c + 1
+/// / d, with the largest principal curvature c and the distance d of the surface from the camera in
+/// place of that of what is reflected. Where that guess matters (2 c d < 2) there is no image, and
+/// up to 4 it is nearer to the surface. The motion is that of the camera at the image's depth.
 /// Surfaces of a known roughness below 0.1 are left alone: such images have guides of their own.
-/// If the frame has no roughness it gets one: kCurvedRoughness, 0 where the frame shows other
+/// If the frame has no roughness it gets one: kCurvedRoughness, else 0 where the frame shows
 /// images, 1 elsewhere.
 /// \param frame  needs depth, normal and motion. Nothing is added if the motion is not that of a
 ///     camera before a mostly static scene, or if depth and normals fit no perspective

@@ -6,12 +6,15 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
-#include <numeric>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/pixels.h"
 #include "io/camera_fit.h"
+#include "io/reflected_motion.h"
+#include "io/seen_curved.h"
+#include "io/seen_surfaces.h"
 
 namespace stillray::io {
 namespace {
@@ -19,12 +22,8 @@ namespace {
 /// Relative difference of depth between a surface and what is seen in it. At the foot of a mirror
 /// both agree, and so do their guides.
 constexpr float kOtherDepth = 0.01f;
-/// Neighbours on one planar surface. Normals have the precision of halves.
+/// Normals of one plane. They have the precision of halves.
 constexpr float kFlatCosine = 0.9999f;
-constexpr float kFlatDepth = 0.02f;
-/// Neighbours that see one surface.
-constexpr float kSeenDepth = 0.03f;
-constexpr float kSeenCosine = 0.9f;
 /// Least part of a surface's pixels that lie on its plane, and that see what their neighbours see.
 constexpr float kLeastPlanar = 0.8f;
 constexpr float kLeastCoherent = 0.8f;
@@ -36,140 +35,6 @@ void Set(vec3 value, int x, int y, Image3* image) {
   for (int c = 0; c < 3; ++c) {
     (*image)[c](x, y) = value[c];
   }
-}
-
-float Sum(const Image3& image, int x, int y) {
-  return image.empty() ? 0.0f : image[0](x, y) + image[1](x, y) + image[2](x, y);
-}
-
-constexpr int kNeighbours[8][2] = {{-1, -1}, {0, -1}, {1, -1}, {-1, 0},
-                                   {1, 0},   {-1, 1}, {0, 1},  {1, 1}};
-
-bool IsInside(const Image1& plane, int x, int y) {
-  return x >= 0 && y >= 0 && x < plane.width() && y < plane.height();
-}
-
-/// What each pixel sees, as linear view-space depth and world-space normal.
-struct Seen {
-  Image1 depth;  ///< infinite: the sky; 0: the surface itself
-  Image3 normal;
-  const Image3& albedo;
-};
-
-/// Planar surfaces in which something else is seen, as sets of connected pixels.
-class Patches {
- public:
-  Patches(const Guides& guides, const Image1& seen);
-
-  /// The patch of a pixel, or -1.
-  int32_t Of(int x, int y) const { return patch_[Index(x, y)]; }
-  size_t count() const { return count_; }
-
- private:
-  size_t Index(int x, int y) const {
-    return static_cast<size_t>(y) * static_cast<size_t>(width_) + static_cast<size_t>(x);
-  }
-  int32_t Root(int32_t i);
-  void Join(const Guides& guides, const Image1& seen);
-  void Number(const Image1& seen);
-  void FillGaps(const Guides& guides);
-
-  int width_ = 0;
-  int height_ = 0;
-  size_t count_ = 0;
-  std::vector<int32_t> patch_;
-};
-
-int32_t Patches::Root(int32_t i) {
-  while (patch_[static_cast<size_t>(i)] != i) {
-    auto& parent = patch_[static_cast<size_t>(i)];
-    parent = patch_[static_cast<size_t>(parent)];
-    i = parent;
-  }
-  return i;
-}
-
-bool SamePlane(const Guides& g, int x, int y, int u, int v) {
-  const float a = g.depth(x, y);
-  const float b = g.depth(u, v);
-  const bool same_id = g.id.empty() || g.id(x, y) == g.id(u, v);
-  return same_id && std::abs(a - b) < kFlatDepth * a &&
-         dot(VectorAt(g.normal, x, y), VectorAt(g.normal, u, v)) > kFlatCosine;
-}
-
-Patches::Patches(const Guides& g, const Image1& seen)
-    : width_(g.depth.width()),
-      height_(g.depth.height()),
-      patch_(static_cast<size_t>(width_) * static_cast<size_t>(height_)) {
-  Join(g, seen);
-  Number(seen);
-  FillGaps(g);
-}
-
-/// Union and find over the neighbours to the left and above.
-void Patches::Join(const Guides& g, const Image1& seen) {
-  std::iota(patch_.begin(), patch_.end(), 0);
-  const auto join = [&](int x, int y, int u, int v) {
-    if (seen(u, v) > 0 && SamePlane(g, x, y, u, v)) {
-      const int32_t a = Root(static_cast<int32_t>(Index(x, y)));
-      const int32_t b = Root(static_cast<int32_t>(Index(u, v)));
-      patch_[static_cast<size_t>(std::max(a, b))] = std::min(a, b);
-    }
-  };
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      if (seen(x, y) > 0 && x > 0) {
-        join(x, y, x - 1, y);
-      }
-      if (seen(x, y) > 0 && y > 0) {
-        join(x, y, x, y - 1);
-      }
-    }
-  }
-}
-
-/// Numbers the sets from 0. Their roots come before their other pixels.
-void Patches::Number(const Image1& seen) {
-  std::vector<int32_t> number(patch_.size(), -1);
-  for (int y = 0; y < height_; ++y) {
-    for (int x = 0; x < width_; ++x) {
-      const size_t i = Index(x, y);
-      if (!(seen(x, y) > 0)) {
-        patch_[i] = -1;
-        continue;
-      }
-      const int32_t root = Root(static_cast<int32_t>(i));
-      number[i] = root == static_cast<int32_t>(i) ? static_cast<int32_t>(count_++)
-                                                  : number[static_cast<size_t>(root)];
-    }
-  }
-  patch_ = std::move(number);
-}
-
-/// A pixel that sees nothing, or something invalid, belongs to the patch that surrounds it.
-void Patches::FillGaps(const Guides& g) {
-  constexpr int kMost = 5;
-  std::vector<int32_t> filled = patch_;
-  ForEachPixel(width_, height_, [&](int x, int y) {
-    if (Of(x, y) >= 0) {
-      return;
-    }
-    int32_t patch = -1;
-    int votes = 0;  // as many as of the patch's pixels less those of others (Boyer and Moore)
-    for (const auto& [dx, dy] : kNeighbours) {
-      const int u = x + dx;
-      const int v = y + dy;
-      const bool inside = u >= 0 && v >= 0 && u < width_ && v < height_;
-      if (inside && Of(u, v) >= 0 && SamePlane(g, x, y, u, v)) {
-        patch = votes == 0 ? Of(u, v) : patch;
-        votes += Of(u, v) == patch ? 1 : -1;
-      }
-    }
-    if (votes >= kMost) {
-      filled[Index(x, y)] = patch;
-    }
-  });
-  patch_ = std::move(filled);
 }
 
 vec2 PointOf(const Image1& plane, int x, int y) {
@@ -207,41 +72,12 @@ Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, 
   return seen;
 }
 
-bool SeesSame(const Seen& seen, int x, int y, int u, int v) {
-  const float a = seen.depth(x, y);
-  const float b = seen.depth(u, v);
-  if (std::isinf(a) || std::isinf(b)) {
-    return std::isinf(a) && std::isinf(b);
-  }
-  return a > 0 && std::abs(a - b) < kSeenDepth * a &&
-         dot(VectorAt(seen.normal, x, y), VectorAt(seen.normal, u, v)) > kSeenCosine;
-}
-
-/// Neighbours of a pixel on its patch, and those of them that see the same.
-struct Support {
-  int neighbours = 0;
-  int same = 0;
-};
-
-Support SupportOf(const Seen& seen, const Patches& patches, int x, int y) {
-  Support support;
-  for (const auto& [dx, dy] : kNeighbours) {
-    const int u = x + dx;
-    const int v = y + dy;
-    if (IsInside(seen.depth, u, v) && patches.Of(u, v) == patches.Of(x, y)) {
-      ++support.neighbours;
-      support.same += SeesSame(seen, x, y, u, v) ? 1 : 0;
-    }
-  }
-  return support;
-}
-
 /// The neighbour on the same patch that sees what most pixels around it see, and at least `least`
 /// of them. (-1, -1) if there is none.
 ivec2 CommonNeighbour(const Seen& seen, const Patches& patches, int x, int y, int least) {
   ivec2 best = {-1, -1};
   int most = least - 1;
-  for (const auto& [dx, dy] : kNeighbours) {
+  for (const auto& [dx, dy] : kNeighbourOffsets) {
     const int u = x + dx;
     const int v = y + dy;
     if (IsInside(seen.depth, u, v) && patches.Of(u, v) == patches.Of(x, y)) {
@@ -256,7 +92,7 @@ ivec2 CommonNeighbour(const Seen& seen, const Patches& patches, int x, int y, in
 /// Neighbours of a pixel that see what `other` sees.
 int Agreement(const Seen& seen, int x, int y, ivec2 other) {
   int same = 0;
-  for (const auto& [dx, dy] : kNeighbours) {
+  for (const auto& [dx, dy] : kNeighbourOffsets) {
     const int u = x + dx;
     const int v = y + dy;
     same += IsInside(seen.depth, u, v) && SeesSame(seen, other.x, other.y, u, v) ? 1 : 0;
@@ -283,7 +119,7 @@ ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
     return IsInside(seen.depth, u, v) && SeesSame(seen, x0, y0, u, v) &&
            SeesColour(seen, x0, y0, u, v);
   };
-  for (const auto& [i, j] : kNeighbours) {
+  for (const auto& [i, j] : kNeighbourOffsets) {
     const int u = x + i;
     const int v = y + j;
     if (!IsInside(seen.depth, u, v) || !SeesSame(seen, x, y, u, v) ||
@@ -291,7 +127,7 @@ ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
       continue;
     }
     int count = 0;
-    for (const auto& [dx, dy] : kNeighbours) {
+    for (const auto& [dx, dy] : kNeighbourOffsets) {
       count += is_same(u, v, x + dx, y + dy) ? 1 : 0;
     }
     if (count >= kNearlyAll) {
@@ -323,12 +159,6 @@ ivec2 SourceOf(const Seen& seen, const Patches& patches, bool other_lobe, int x,
   return unknown ? ivec2(-1, -1) : source;
 }
 
-/// What a patch is.
-struct PatchKind {
-  bool shows_image = false;  ///< it is planar, and neighbours see the same
-  bool refracted = false;    ///< more light comes through it than is reflected
-};
-
 struct PatchCounts {
   int pixels = 0;
   int planar = 0;
@@ -337,18 +167,6 @@ struct PatchCounts {
   double reflected = 0;
   double refracted = 0;
 };
-
-template <typename Body>
-void ForEachPatchPixel(const Patches& patches, const Image1& depth,
-                       std::vector<PatchCounts>* counts, const Body& body) {
-  for (int y = 0; y < depth.height(); ++y) {
-    for (int x = 0; x < depth.width(); ++x) {
-      if (patches.Of(x, y) >= 0) {
-        body(x, y, (*counts)[static_cast<size_t>(patches.Of(x, y))]);
-      }
-    }
-  }
-}
 
 PatchKind KindOf(const PatchCounts& c) {
   const auto pixels = static_cast<float>(c.pixels);
@@ -365,8 +183,8 @@ std::vector<PatchKind> KindsOf(const Seen& seen, const Patches& patches, const G
     ++c.pixels;
     c.coherent += support.neighbours > 0 && 2 * support.same >= support.neighbours;
     c.normal += glm::dvec3(VectorAt(g.normal, x, y));
-    c.reflected += static_cast<double>(Sum(g.specular_albedo, x, y));
-    c.refracted += static_cast<double>(Sum(g.transmission_albedo, x, y));
+    c.reflected += static_cast<double>(SumAt(g.specular_albedo, x, y));
+    c.refracted += static_cast<double>(SumAt(g.transmission_albedo, x, y));
   });
   ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PatchCounts& c) {
     const glm::dvec3 normal(VectorAt(g.normal, x, y));
@@ -381,13 +199,15 @@ std::vector<PatchKind> KindsOf(const Seen& seen, const Patches& patches, const G
   return kinds;
 }
 
-/// The albedo of what is seen, without the throughput of the path and without emission.
-vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, int x, int y) {
+/// The albedo of what is seen, without the throughput of the path. That of a lamp contains what it
+/// emits; above 1 it is as much as the pixel's light confirms.
+vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x, int y) {
   vec3 seen = VectorAt(albedo, x, y);
   for (int c = 0; c < 3; ++c) {
     const float colour = mirror.empty() ? 1.0f : std::max(mirror[c](x, y), kLeastAlbedo);
     const float value = seen[c] / colour;
-    seen[c] = std::isfinite(value) ? std::clamp(value, kLeastAlbedo, 1.0f) : 1.0f;
+    const float most = std::max(light[c] / colour, 1.0f);
+    seen[c] = std::isfinite(value) ? std::clamp(value, kLeastAlbedo, most) : 1.0f;
   }
   return seen;
 }
@@ -428,40 +248,6 @@ struct SeenFit {
   CameraMotion camera;
 };
 
-float LightAt(const Frame& frame, SignalKind direct, SignalKind indirect, int x, int y) {
-  float sum = 0;
-  for (const Signal& signal : frame.signals) {
-    sum += signal.kind == direct || signal.kind == indirect ? Sum(signal.radiance, x, y) : 0.0f;
-  }
-  return sum;
-}
-
-/// Pixels whose path took the other lobe of their surface: the only sample was reflected by a pane
-/// through which one looks, or the reverse. It has light of that lobe alone, and its layers follow
-/// it. Clears what they see.
-Plane<uint8_t> DropOtherLobes(const Frame& frame, const Patches& patches,
-                              const std::vector<PatchKind>& kinds, Seen* seen) {
-  Plane<uint8_t> dropped(frame.width, frame.height);
-  ForEachPixel(frame.width, frame.height, [&](int x, int y) {
-    const int32_t patch = patches.Of(x, y);
-    if (patch < 0 || !kinds[static_cast<size_t>(patch)].shows_image) {
-      return;
-    }
-    const float reflected =
-        LightAt(frame, SignalKind::kDirectSpecular, SignalKind::kIndirectSpecular, x, y);
-    const float refracted =
-        LightAt(frame, SignalKind::kDirectTransmission, SignalKind::kIndirectTransmission, x, y);
-    const bool through = kinds[static_cast<size_t>(patch)].refracted;
-    const float own = through ? refracted : reflected;
-    const float other = through ? reflected : refracted;
-    if (other > 0 && !(own > 0)) {
-      dropped(x, y) = 1;
-      seen->depth(x, y) = 0;
-    }
-  });
-  return dropped;
-}
-
 NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
   const std::optional<Lens> lens = FitLens(g.depth, layers.depth);
   if (!lens) {
@@ -485,6 +271,121 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
   return NoSeenGuides::kNone;
 }
 
+/// Guides of what pixels see.
+class Images {
+ public:
+  Images(const SeenLayers& layers, const Seen& seen, Frame* frame)
+      : layers_(layers), seen_(seen), frame_(*frame) {}
+
+  vec3 AlbedoAt(bool refracted, int x, int y) const {
+    const Guides& g = frame_.guides;
+    if (refracted) {
+      return SeenAlbedoAt(layers_.albedo, g.transmission_albedo, vec3(0.0f), x, y);
+    }
+    vec3 light(0.0f);
+    for (const Signal& signal : frame_.signals) {
+      const bool reflected = signal.kind == SignalKind::kDirectSpecular ||
+                             signal.kind == SignalKind::kIndirectSpecular;
+      light += reflected && !signal.radiance.empty() ? VectorAt(signal.radiance, x, y) : vec3(0.0f);
+    }
+    return SeenAlbedoAt(layers_.albedo, g.specular_albedo, light, x, y);
+  }
+
+  /// Depth and normal are those that pixel `from` sees.
+  void Set(bool refracted, ivec2 from, vec3 albedo, vec2 motion, int x, int y) {
+    VirtualGuides& to = refracted ? frame_.refraction : frame_.reflection;
+    to.depth(x, y) = seen_.depth(from.x, from.y);
+    io::Set(VectorAt(seen_.normal, from.x, from.y), x, y, &to.normal);
+    io::Set(albedo, x, y, &to.albedo);
+    to.motion[0](x, y) = motion.x;
+    to.motion[1](x, y) = motion.y;
+  }
+
+ private:
+  const SeenLayers& layers_;
+  const Seen& seen_;
+  Frame& frame_;
+};
+
+/// Images in planar mirrors and panes of glass. Their motion is that of the camera at their depth.
+/// \return 1 on surfaces that show one
+Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, const SeenFit& fit, Seen* seen,
+                                 Frame* frame) {
+  const Guides& g = frame->guides;
+  const Patches patches(g, seen->depth, OnSamePlane);
+  const std::vector<PatchKind> kinds = KindsOf(*seen, patches, g);
+  const Plane<uint8_t> dropped = DropOtherLobes(*frame, patches, kinds, seen);
+  Plane<uint8_t> taken(frame->width, frame->height);
+  Images images(layers, *seen, frame);
+  ForEachPixel(frame->width, frame->height, [&](int x, int y) {
+    const int32_t patch = patches.Of(x, y);
+    const PatchKind kind = patch < 0 ? PatchKind() : kinds[static_cast<size_t>(patch)];
+    taken(x, y) = kind.shows_image ? 1 : 0;
+    const ivec2 from =
+        kind.shows_image ? SourceOf(*seen, patches, dropped(x, y) != 0, x, y) : ivec2(-1, -1);
+    if (from.x >= 0) {
+      const auto depth = static_cast<double>(seen->depth(from.x, from.y));
+      const vec2 motion = fit.camera.MotionOf(PointOf(g.depth, x, y), depth, frame->width);
+      images.Set(kind.refracted, from, images.AlbedoAt(kind.refracted, from.x, from.y), motion, x,
+                 y);
+    }
+  });
+  return taken;
+}
+
+/// The mean albedo of neighbours that see what pixel `from` sees.
+vec3 MeanAlbedo(const Images& images, const Seen& seen, const Plane<int32_t>& sources,
+                bool refracted, ivec2 from, int x, int y) {
+  vec3 sum(0.0f);
+  float count = 0;
+  for (const auto& [dx, dy] : kNeighbourOffsets) {
+    const int u = x + dx;
+    const int v = y + dy;
+    if (IsInside(seen.depth, u, v) && sources(u, v) == v * seen.depth.width() + u &&
+        SeesSame(seen, from.x, from.y, u, v)) {
+      sum += images.AlbedoAt(refracted, u, v);
+      count += 1;
+    }
+  }
+  return count > 0 ? sum / count : images.AlbedoAt(refracted, from.x, from.y);
+}
+
+/// Images in curved mirrors and glass. Reflections move as ReflectedMotion says. What is seen
+/// through glass moves with it: its path is not known.
+void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, const Plane<uint8_t>& taken,
+                       Seen seen, Frame* frame) {
+  const Guides& g = frame->guides;
+  ForEachPixel(frame->width, frame->height, [&](int x, int y) {
+    seen.depth(x, y) = taken(x, y) != 0 ? 0.0f : seen.depth(x, y);
+  });
+  const Patches patches(g, seen.depth, OnSameCurve);
+  const std::vector<PatchKind> kinds = CurvedKinds(*frame, patches, &seen);
+  if (std::none_of(kinds.begin(), kinds.end(), [](PatchKind kind) { return kind.shows_image; })) {
+    return;
+  }
+  const Plane<int32_t> sources = CurvedSources(seen, g, patches, kinds);
+  std::optional<ReflectedMotion> reflected;
+  if (const std::optional<View> view = FitView(g.depth, g.normal)) {
+    reflected.emplace(g, fit.lens, fit.camera, view->to_camera);
+  }
+  Images images(layers, seen, frame);
+  ForEachPixel(frame->width, frame->height, [&](int x, int y) {
+    const int32_t source = sources(x, y);
+    if (source < 0) {
+      return;
+    }
+    const bool refracted = kinds[static_cast<size_t>(patches.Of(x, y))].refracted;
+    const ivec2 from(source % frame->width, source / frame->width);
+    const bool is_own = from == ivec2(x, y) || (!refracted && seen.depth(x, y) > 0);
+    const vec3 albedo = is_own ? images.AlbedoAt(refracted, x, y)
+                               : MeanAlbedo(images, seen, sources, refracted, from, x, y);
+    const vec2 own(g.motion[0](x, y), g.motion[1](x, y));
+    const std::optional<vec2> motion =
+        refracted || !reflected ? own : reflected->At(x, y, seen.depth(from.x, from.y));
+    images.Set(refracted, from, albedo, motion.value_or(own), x, y);
+  });
+}
+
 }  // namespace
 
 NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides) {
@@ -494,11 +395,9 @@ NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides) {
 
 NoSeenGuides SetSeenGuides(const SeenLayers& layers, Frame* frame) {
   const Guides& g = frame->guides;
-  const int width = frame->width;
-  const int height = frame->height;
-  MakePlanes(width, height, &frame->reflection);
+  MakePlanes(frame->width, frame->height, &frame->reflection);
   if (!g.transmission_albedo.empty()) {
-    MakePlanes(width, height, &frame->refraction);
+    MakePlanes(frame->width, frame->height, &frame->refraction);
   }
   SeenFit fit;
   const NoSeenGuides why = Fit(layers, g, &fit);
@@ -506,28 +405,8 @@ NoSeenGuides SetSeenGuides(const SeenLayers& layers, Frame* frame) {
     return why;
   }
   Seen seen = FindSeen(layers, fit.lens, fit.to_world, g);
-  const Patches patches(g, seen.depth);
-  const std::vector<PatchKind> kinds = KindsOf(seen, patches, g);
-  const Plane<uint8_t> dropped = DropOtherLobes(*frame, patches, kinds, &seen);
-  ForEachPixel(width, height, [&](int x, int y) {
-    const int32_t patch = patches.Of(x, y);
-    const PatchKind kind = patch < 0 ? PatchKind() : kinds[static_cast<size_t>(patch)];
-    const ivec2 from =
-        kind.shows_image ? SourceOf(seen, patches, dropped(x, y) != 0, x, y) : ivec2(-1, -1);
-    if (from.x < 0) {
-      return;
-    }
-    const float depth = seen.depth(from.x, from.y);
-    VirtualGuides& to = kind.refracted ? frame->refraction : frame->reflection;
-    const Image3& mirror = kind.refracted ? g.transmission_albedo : g.specular_albedo;
-    const vec2 motion =
-        fit.camera.MotionOf(PointOf(g.depth, x, y), static_cast<double>(depth), width);
-    to.depth(x, y) = depth;
-    Set(VectorAt(seen.normal, from.x, from.y), x, y, &to.normal);
-    Set(SeenAlbedoAt(layers.albedo, mirror, from.x, from.y), x, y, &to.albedo);
-    to.motion[0](x, y) = motion.x;
-    to.motion[1](x, y) = motion.y;
-  });
+  const Plane<uint8_t> taken = SetImagesOfPlanes(layers, fit, &seen, frame);
+  SetImagesOfCurves(layers, fit, taken, std::move(seen), frame);
   return NoSeenGuides::kNone;
 }
 

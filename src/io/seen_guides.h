@@ -25,11 +25,12 @@ enum class NoSeenGuides : uint8_t {
 };
 
 /// Sets frame->reflection and frame->refraction, if the frame has specular or transmitted light:
-/// each planar mirror or pane has the guides of what is seen in it, reflected or through it,
-/// whichever is brighter by its albedos. Planar: the motion of images in curved surfaces does not
-/// follow from the length of the path. Surfaces in which the guides of neighbours mostly differ are
-/// rough: their guides are those of a random direction.
-/// \param frame  needs depth, normal, motion and the albedos
+/// each mirror or pane has the guides of what is seen in it, reflected or through it, whichever is
+/// brighter by its albedos. Images in planar surfaces move as the camera does at their depth, those
+/// in curved mirrors by the law of reflection (ReflectedMotion), and what curved glass shows moves
+/// with the glass. Surfaces in which neighbours mostly see something else are rough: their layers
+/// are those of random directions. Albedo above 1 is that of a lamp.
+/// \param frame  needs depth, normal, motion and the albedos; light tells lobes and lamps apart
 NoSeenGuides SetSeenGuides(const SeenLayers& seen, Frame* frame);
 
 /// What SetSeenGuides would return.

@@ -152,7 +152,7 @@ TEST(CliDenoiseMirror, DenoisingDataKeepReflectionsSharp) {
     return run.output;
   };
   constexpr const char* kNote =
-      "note: reflections and refractions of planar mirrors and panes follow V.Denoising Depth";
+      "note: reflections in mirrors and what is seen through glass follow V.Denoising Depth";
   EXPECT_THAT(denoise("with", {}), HasSubstr(kNote));
   EXPECT_THAT(denoise("without", {"--aov", "seen_depth=none"}), Not(HasSubstr("refractions")));
   EXPECT_THAT(RunProgram({"info", FrameFileName(in, 1)}).output, HasSubstr(kNote));
@@ -211,7 +211,7 @@ TEST(CliDenoiseMirror, PassesAddUpToTheColour) {
     const ProgramRun run =
         RunProgram({"denoise", in, "-o", out, "--device", "cpu", "--passes", "--window", window});
     ASSERT_EQ(run.exit_code, 0) << run.errors;
-    EXPECT_THAT(run.output, HasSubstr("note: reflections and refractions"));
+    EXPECT_THAT(run.output, HasSubstr("note: reflections in mirrors"));
     const Result<ExrImage> image = ReadExr(FrameFileName(out, 3));
     ASSERT_TRUE(image.ok()) << image.status().message();
     const Image3 combined = LayerOf(*image, "Combined");

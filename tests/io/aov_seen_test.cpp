@@ -99,7 +99,7 @@ Understood Import(const ExrImage& image, const AovOptions& options = {"blender",
   return result;
 }
 
-constexpr const char* kFollow = "reflections and refractions of planar mirrors and panes follow";
+constexpr const char* kFollow = "reflections in mirrors and what is seen through glass follow";
 constexpr const char* kDoNotFollow = "reflections and refractions do not follow";
 
 TEST(AovSeen, AFileWithDenoisingDataHasVirtualGuides) {

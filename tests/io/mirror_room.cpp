@@ -33,7 +33,7 @@ struct Hit {
   dvec3 velocity{0.0};
   RoomSurface surface = RoomSurface::kMatt;
   uint32_t id = 0;
-  bool curved = false;
+  const RoomBall* ball = nullptr;  ///< that is hit
 
   bool IsSky() const { return !(t < kInfinity); }
 };
@@ -56,7 +56,7 @@ void HitRectangle(const RoomRectangle& r, uint32_t id, dvec3 origin, dvec3 direc
   }
   const dvec3 colour = r.surface == RoomSurface::kMatt ? Texture(r.colour, s, u) : r.colour;
   const dvec3 facing = glm::dot(normal, direction) < 0 ? normal : -normal;
-  *hit = {t, point, facing, colour, r.velocity, r.surface, id, false};
+  *hit = {t, point, facing, colour, r.velocity, r.surface, id, nullptr};
 }
 
 void HitBall(const RoomBall& ball, uint32_t id, dvec3 origin, dvec3 direction, Hit* hit) {
@@ -68,7 +68,7 @@ void HitBall(const RoomBall& ball, uint32_t id, dvec3 origin, dvec3 direction, H
   if (root > 0 && t > kNear && t < hit->t) {
     const dvec3 point = origin + t * direction;
     const dvec3 normal = glm::normalize(point - ball.centre);
-    *hit = {t, point, normal, kMirrorColour, dvec3(0.0), ball.surface, id, true};
+    *hit = {t, point, normal, kMirrorColour, dvec3(0.0), ball.surface, id, &ball};
   }
 }
 
@@ -122,6 +122,25 @@ Behind Follow(const Room& room, const Hit& first, dvec3 origin, dvec3 direction)
   return behind;
 }
 
+/// The point of a ball that shows a point to an eye (Alhazen's problem), by bisection: between the
+/// directions to both, its normal turns from the one to the other.
+dvec3 PointOfBall(const RoomBall& ball, dvec3 eye, dvec3 shown) {
+  const dvec3 to_eye = glm::normalize(eye - ball.centre);
+  const dvec3 to_shown = glm::normalize(shown - ball.centre);
+  double low = 0;
+  double high = 1;
+  dvec3 point = eye;
+  for (int i = 0; i < 60; ++i) {
+    const double middle = 0.5 * (low + high);
+    const dvec3 normal = glm::normalize((1 - middle) * to_eye + middle * to_shown);
+    point = ball.centre + ball.radius * normal;
+    const double eye_cosine = glm::dot(normal, glm::normalize(eye - point));
+    const double shown_cosine = glm::dot(normal, glm::normalize(shown - point));
+    (eye_cosine > shown_cosine ? low : high) = middle;
+  }
+  return point;
+}
+
 /// Sets pixels of a picture, rounded.
 class Painter {
  public:
@@ -142,7 +161,8 @@ class Painter {
   void SetFirst(const Hit& hit, const RoomCamera& now, dvec2 motion, int x, int y);
   void SetSeen(const Behind& behind, const RoomCamera& now, dvec2 p, int x, int y);
   void SetRandom(int x, int y);
-  void SetExpected(const Behind& behind, const RoomCamera& now, dvec2 motion, int x, int y);
+  void SetExpected(const Behind& behind, double depth, dvec2 motion, int x, int y,
+                   VirtualGuides* guides);
   double Random() { return std::uniform_real_distribution<double>()(random_); }
 
   const RoomOptions& options_;
@@ -192,10 +212,11 @@ void Painter::SetRandom(int x, int y) {
   Set(dvec3(Random()), x, y, &picture_.seen.albedo);
 }
 
-void Painter::SetExpected(const Behind& behind, const RoomCamera& now, dvec2 motion, int x, int y) {
-  VirtualGuides& g = picture_.expected;
+void Painter::SetExpected(const Behind& behind, double depth, dvec2 motion, int x, int y,
+                          VirtualGuides* guides) {
+  VirtualGuides& g = *guides;
   const bool sky = behind.hit.IsSky();
-  g.depth(x, y) = static_cast<float>(sky ? kInfinity : now.InCamera(behind.image).z);
+  g.depth(x, y) = static_cast<float>(sky ? kInfinity : depth);
   g.motion[0](x, y) = static_cast<float>(motion.x);
   g.motion[1](x, y) = static_cast<float>(motion.y);
   for (int c = 0; c < 3 && !sky; ++c) {
@@ -223,8 +244,16 @@ void Painter::Paint(const Room& room, const RoomCamera& now, const RoomCamera& b
   } else {
     SetSeen(behind, now, p, x, y);
   }
-  if (shows && !first.curved) {
-    SetExpected(behind, now, motion_of(behind.before), x, y);
+  if (shows && first.ball == nullptr) {
+    SetExpected(behind, now.InCamera(behind.image).z, motion_of(behind.before), x, y,
+                &picture_.expected);
+  } else if (shows) {
+    const dvec3 shown = behind.hit.IsSky()
+                            ? first.point + 1e9 * glm::reflect(direction, first.normal)
+                            : behind.hit.point;
+    SetExpected(behind, behind.length / glm::length(now.Ray(p)),
+                motion_of(PointOfBall(*first.ball, before.position, shown)), x, y,
+                &picture_.curved);
   }
 }
 
@@ -239,6 +268,7 @@ RoomPicture BlackPicture(int w, int h) {
   g.id = picture.what = Plane<uint32_t>(w, h);
   picture.seen = {Image1(w, h), Image3(w, h), Image3(w, h)};
   picture.expected = {Image1(w, h), Image3(w, h), Image3(w, h), Image2(w, h), {}};
+  picture.curved = picture.expected;
   return picture;
 }
 

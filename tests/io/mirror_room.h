@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// An open room with mirrors, traced in double precision: the layers that Cycles would write for
-/// it, and what its planar mirrors show, from points reflected at their planes.
+/// it, and what its mirrors show: planar ones from points reflected at their planes, balls from the
+/// point of the ball that shows a point of the room to the camera of the previous frame.
 #pragma once
 
 #include <cstdint>
@@ -64,6 +65,7 @@ struct RoomPicture {
   Frame frame;             ///< guides, without light
   io::SeenLayers seen;     ///< as stored
   VirtualGuides expected;  ///< of planar mirrors and panes
+  VirtualGuides curved;    ///< of balls; motion is that of reflections
   Plane<uint32_t> what;    ///< RoomSurface of what is hit first, plus 1; 0: sky
 };
 

@@ -293,21 +293,146 @@ TEST(SetSeenGuides, ARoughSurfaceHasNone) {
   EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
 }
 
-TEST(SetSeenGuides, ACurvedMirrorHasNone) {
+Room RoomWithBall(double radius, RoomSurface surface) {
+  Room room = EmptyRoom();
+  room.balls.push_back({{0, 1.5, 0.2}, radius, surface});
+  return room;
+}
+
+RoomPicture PictureOfBall(double radius, RoomSurface surface, int width) {
+  RoomOptions options;
+  options.width = width;
+  options.height = width * 3 / 4;
+  options.outliers = 0;
+  return Picture(RoomWithBall(radius, surface), options);
+}
+
+/// How the guides of a ball compare with the expected ones.
+struct BallComparison {
+  int pixels = 0;
+  int inner = 0;  ///< ... not near the outline
+  int found = 0;  ///< those of them that have guides
+  int right = 0;  ///< those of them where depth, normal and albedo are right
+  int moved = 0;  ///< ... of the inner ones, and the motion is right to a tenth of a pixel
+};
+
+BallComparison CompareBall(const VirtualGuides& g, const RoomPicture& picture) {
+  constexpr float kInner = 0.35f;  // cosine of the angle to the ray
+  const VirtualGuides& e = picture.curved;
+  BallComparison result;
+  ForEachPixel(picture, [&](int x, int y) {
+    if (!(e.depth(x, y) > 0)) {
+      return;
+    }
+    ++result.pixels;
+    result.found += g.depth(x, y) > 0 ? 1 : 0;
+    const bool sky = std::isinf(e.depth(x, y));
+    const bool right =
+        sky ? std::isinf(g.depth(x, y))
+            : std::abs(g.depth(x, y) / e.depth(x, y) - 1) < 0.01f &&
+                  glm::length(VectorAt(g.normal, x, y) - VectorAt(e.normal, x, y)) < 0.01f &&
+                  glm::length(VectorAt(g.albedo, x, y) - VectorAt(e.albedo, x, y)) < 0.01f;
+    result.right += right ? 1 : 0;
+    const vec2 off(g.motion[0](x, y) - e.motion[0](x, y), g.motion[1](x, y) - e.motion[1](x, y));
+    const glm::dvec2 p = PointOfPixel(picture.frame.width, picture.frame.height, x, y);
+    const float facing =
+        -dot(VectorAt(picture.frame.guides.normal, x, y), vec3(glm::normalize(Now().Ray(p))));
+    const bool inner = facing > kInner && right;
+    result.inner += inner ? 1 : 0;
+    result.moved += inner && glm::length(off) < 0.1f ? 1 : 0;
+  });
+  return result;
+}
+
+TEST(SetSeenGuides, AChromeBallHasTheGuidesOfTheReflectedWorld) {
   for (const double radius : {0.4, 1.2}) {
-    for (const int width : {160, 640}) {  // neighbours on a large ball are nearly coplanar
-      Room room = EmptyRoom();
-      room.balls.push_back({{0, 1.5, 0.2}, radius, RoomSurface::kMirror});
-      RoomOptions options;
-      options.width = width;
-      options.height = width * 3 / 4;
-      RoomPicture picture = Picture(room, options);
-      const int ball = Count(picture, [&](int x, int y) { return picture.what(x, y) == 2; });
-      EXPECT_GT(ball, 500);
+    for (const int width : {160, 640}) {
+      RoomPicture picture = PictureOfBall(radius, RoomSurface::kMirror, width);
       ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
-      EXPECT_LT(Shown(picture, picture.frame.reflection), 0.01 * ball) << radius << " " << width;
+      const BallComparison ball = CompareBall(picture.frame.reflection, picture);
+      EXPECT_GT(ball.pixels, 500);
+      EXPECT_GT(ball.found, 0.99 * ball.pixels) << radius << " " << width;
+      EXPECT_GT(ball.right, 0.9 * ball.pixels) << radius << " " << width;
+      EXPECT_GT(ball.inner, 0.75 * ball.pixels) << radius << " " << width;
+      EXPECT_GT(ball.moved, 0.95 * ball.inner) << radius << " " << width;
+      EXPECT_EQ(Shown(picture, picture.frame.reflection), ball.found);
+      EXPECT_EQ(Shown(picture, picture.frame.refraction), 0);
     }
   }
+}
+
+// Neither moves the image as the ball's surface does, nor as a point at its depth would.
+TEST(SetSeenGuides, ImagesInABallMoveOtherwiseThanTheBall) {
+  const RoomPicture picture = PictureOfBall(1.2, RoomSurface::kMirror, 160);
+  const Image2& surface = picture.frame.guides.motion;
+  const VirtualGuides& e = picture.curved;
+  const int shown = Count(picture, [&](int x, int y) { return e.depth(x, y) > 0; });
+  const int apart = Count(picture, [&](int x, int y) {
+    return e.depth(x, y) > 0 && std::abs(e.motion[0](x, y) - surface[0](x, y)) > 0.6f;
+  });
+  EXPECT_GT(apart, 0.5 * shown);
+}
+
+/// Reflected light, as much in each pixel.
+void AddReflectedLight(float light, Frame* frame) {
+  frame->signals.push_back(
+      {SignalKind::kDirectSpecular, Image3(frame->width, frame->height), Image1()});
+  Image3& radiance = frame->signals.back().radiance;
+  for (int c = 0; c < 3; ++c) {
+    radiance[c].Fill(light);
+  }
+}
+
+// The albedo of a lamp contains what it emits, unless the light says that it is something else.
+TEST(SetSeenGuides, ALampInAMirrorHasItsRadianceAsAlbedo) {
+  for (const double radius : {0.0, 1.2}) {  // a planar mirror, a ball
+    const Room room = radius > 0 ? RoomWithBall(radius, RoomSurface::kMirror) : RoomWithMirror();
+    RoomOptions options;
+    options.outliers = 0;
+    for (const float light : {20.0f, 0.5f}) {
+      RoomPicture picture = Picture(room, options);
+      AddReflectedLight(light, &picture.frame);
+      for (int c = 0; c < 3; ++c) {
+        picture.seen.albedo[c].Fill(9);
+      }
+      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+      const VirtualGuides& g = picture.frame.reflection;
+      EXPECT_GT(Shown(picture, g), 2000);
+      const float expected = light > 1 ? 9 / 0.8f : 1.0f;  // of the mirror's green
+      EXPECT_EQ(Count(picture,
+                      [&](int x, int y) {
+                        return g.depth(x, y) > 0 &&
+                               std::abs(g.albedo[1](x, y) / expected - 1) > 0.01f;
+                      }),
+                0)
+          << radius << " " << light;
+    }
+  }
+}
+
+TEST(SetSeenGuides, AGlassBallHasTheGuidesOfWhatIsSeenThroughIt) {
+  RoomPicture picture = PictureOfBall(1.2, RoomSurface::kPane, 160);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  const VirtualGuides& g = picture.frame.refraction;
+  const BallComparison ball = CompareBall(g, picture);
+  EXPECT_GT(ball.pixels, 2000);
+  EXPECT_GT(ball.found, 0.85 * ball.pixels);  // without the outline
+  EXPECT_LT(ball.found, ball.pixels);
+  EXPECT_GT(ball.right, 0.9 * ball.found);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
+  EXPECT_EQ(Count(picture,
+                  [&](int x, int y) {
+                    return g.depth(x, y) > 0 &&
+                           g.motion[0](x, y) != picture.frame.guides.motion[0](x, y);
+                  }),
+            0);
+}
+
+TEST(SetSeenGuides, ARoughBallHasNone) {
+  RoomPicture picture = PictureOfBall(1.2, RoomSurface::kRough, 160);
+  EXPECT_GT(Count(picture, [&](int x, int y) { return picture.what(x, y) == 4; }), 2000);
+  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
 }
 
 TEST(SetSeenGuides, WithoutMirrorsThereAreNone) {

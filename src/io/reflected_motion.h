@@ -1,0 +1,48 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Motion of what curved mirrors show.
+#pragma once
+
+#include <optional>
+
+#include "io/camera_fit.h"
+#include "stillray/frame.h"
+#include "stillray/vec.h"
+
+namespace stillray::io {
+
+/// Finds where a mirror showed a point of the scene one frame ago. The point follows from the
+/// surface and the length of the path; the place of the mirror that showed it then is where the
+/// normal halves the angle between the point and the camera of that frame (law of reflection).
+/// That place is searched among the pixels around, whose points and normals are known, by Newton's
+/// method. The mirror and the point count as static, but for the motion of the mirror's surface in
+/// the picture.
+class ReflectedMotion {
+ public:
+  /// \param guides     depth, normal, id and motion; must outlive this
+  /// \param lens       of `guides.depth` and the lengths of paths
+  /// \param to_camera  of normals, to right, down, forward (View)
+  ReflectedMotion(const Guides& guides, const Lens& lens, const CameraMotion& camera,
+                  const mat3& to_camera);
+
+  /// \param seen  depth of what the pixel sees, as view-space z on the unfolded path; may be
+  ///     infinite
+  /// \return pixels from (x, y) to where the same was seen in the previous frame; nothing if that
+  ///     is on no pixel of the same surface
+  std::optional<vec2> At(int x, int y, float seen) const;
+
+ private:
+  vec3 PointAt(int x, int y) const;
+  vec3 NormalAt(int x, int y) const;
+  /// Twice the deviation from the law of reflection, along both axes of the surface at (x, y).
+  vec2 DeviationAt(int x, int y, vec3 seen, vec3 axis_x, vec3 axis_y) const;
+
+  const Guides& guides_;
+  Lens lens_;
+  float tangent_;
+  mat3 to_camera_;
+  vec3 last_eye_;  ///< camera of the previous frame, in camera space
+};
+
+}  // namespace stillray::io
