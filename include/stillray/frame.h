@@ -141,6 +141,9 @@ struct Frame {
   Image1
       /// number of samples of each pixel in this frame; 0 = missing. Empty: one everywhere
       samples;
+  /// Second moments are estimates from the pixels around: a pixel's own noise is not known
+  /// (keep_samples). Set where stillray has estimated them.
+  bool has_estimated_moments = false;
   /// The pixels, if a renderer left them on its device (RenderSettings::on_device): then all planes
   /// are empty, but `signals` has an entry for each kind of light. A denoiser on that device reads
   /// them there, others copy them to the host; OnHost does the same for other uses.

@@ -372,6 +372,7 @@ void EstimateSecondMoments(Frame* frame) {
   if (!LacksSecondMoments(*frame)) {
     return;
   }
+  frame->has_estimated_moments = true;
   const int width = frame->width;
   const int height = frame->height;
   Image1 inverse(width, height);

@@ -26,7 +26,7 @@ bool LacksSecondMoments(const Frame& frame);
 /// that of the sums in 5x5 pixels, whatever they show. Means hide the light of a rare bright sample
 /// in the pixels around it: v is at least a share min(1, 4 / n) of what the pixel's own squared
 /// difference from its neighbours on the surface estimates. A pixel of n samples then has the
-/// second moment l^2 + v (n - 1) / n.
+/// second moment l^2 + v (n - 1) / n. Sets has_estimated_moments.
 ///
 /// Missing pixels, and those without a surface, take no part; where nothing is left, v is 0.
 /// \param frame  with samples, depth, and all albedos that divide light; normals, ids and virtual

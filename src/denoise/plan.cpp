@@ -280,7 +280,8 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->energy_signals =
       plan->runs.restore_energy ? SignalsOfOnly(IsSmooth, plan->signals, facts.lights) : 0;
   plan->keep_samples = {
-      .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0};
+      .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0,
+      .kept_reach = facts.has_estimated_moments ? ReachOfEstimates(facts.samples_per_pixel) : 0};
   plan->keep_mirrors = {
       .mirror_roughness = s.mirror_roughness,
       .mirror_signals = plan->runs.keep_mirrors ? MirrorSignals(plan->signals, facts.lights) : 0};
@@ -477,6 +478,7 @@ FrameFacts FactsOf(const Frame& f) {
     facts.lights |= bit;
     facts.second_moments |= signal.second_moment.empty() ? 0u : bit;
   }
+  facts.has_estimated_moments = f.has_estimated_moments;
   const auto albedos = AlbedosOf(f.guides);
   for (size_t i = 0; i < albedos.size(); ++i) {
     facts.albedos |= albedos[i]->empty() ? 0u : 1u << i;

@@ -40,7 +40,8 @@ struct FrameFacts {
   uint32_t lights = 0;          ///< bit k: light of SignalKind k is given
   uint32_t black_lights = 0;    ///< those of `lights` that are black everywhere, without images
   uint32_t second_moments = 0;  ///< likewise
-  uint32_t albedos = 0;         ///< bit 0 albedo, 1 specular, 2 transmission albedo
+  bool has_estimated_moments = false;  ///< Frame::has_estimated_moments
+  uint32_t albedos = 0;                ///< bit 0 albedo, 1 specular, 2 transmission albedo
   bool has_samples = false;
   bool has_id = false;
   bool has_emission = false;

@@ -114,7 +114,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
     Image1 expected_valid(kWidth, kHeight, kBorder);
     reference::MeasureMirrors(planes.Input(with_motion), kParameters, &expected, &expected_valid);
     LumaImage3 expected_light = planes.filtered;
-    reference::KeepSamples(expected, expected_valid, planes.light, &expected_light);
+    reference::KeepSamples(expected, expected_valid, planes.light, 0, &expected_light);
     ASSERT_FALSE(SameBits(expected_light, planes.filtered));
     OnEveryTarget([&] {
       FilterPlanes measured(kWidth, kHeight, kBorder);
@@ -129,7 +129,7 @@ TEST(KeepMirrors, EveryTargetGivesTheBitsOfTheReference) {
         }
       }
       LumaImage3 light = planes.filtered;
-      cpu::KeepSamples(expected, valid, planes.light, &light);
+      cpu::KeepSamples(expected, valid, planes.light, 0, &light);
       EXPECT_TRUE(SameBits(light, expected_light));
     });
   }

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/second_moments.h"
 #include "denoise/every_target.h"
 #include "denoise/make_denoiser.h"
 #include "denoise/test_frames.h"
@@ -35,6 +36,17 @@ TEST(KeepSamples, Formulas) {
   EXPECT_EQ(FilteredShare(0.0f, 0.0f), 1.0f);
   EXPECT_FLOAT_EQ(FilteredShare(4.0f, 1.0f), 0.25f);
   EXPECT_EQ(FilteredShare(4.0f, 0.0f), 0.0f);
+}
+
+TEST(KeepSamples, DeviationsThatStickOutAreLimited) {
+  EXPECT_FLOAT_EQ(ShareOfFiltered(4.0f, 1.0f, 2.0f, 0.5f), 0.25f);
+  // 8 times the root of the noise, of 0.5 times the mean square: a quarter of it is kept.
+  EXPECT_FLOAT_EQ(ShareOfFiltered(4.0f, 1.0f, 8.0f, 0.5f), 1.0f - 0.75f * 0.25f);
+  EXPECT_FLOAT_EQ(ShareOfFiltered(4.0f, 1.0f, 8.0f, 0.0f), 0.25f);  // no limit
+  EXPECT_EQ(ShareOfFiltered(4.0f, 0.0f, 1e9f, 0.5f), 0.0f);         // no noise
+  EXPECT_EQ(ShareOfFiltered(1.0f, 1.0f, 8.0f, 0.5f), 1.0f);
+  EXPECT_EQ(ReachOfEstimates(4), 0.5f);
+  EXPECT_EQ(ReachOfEstimates(64), 2.0f);
 }
 
 /// The variance within a pixel has n - 1 degrees of freedom: in the mean, the noise is the margin
@@ -89,13 +101,13 @@ struct StagePlanes {
   KeepSamplesInput Input() const { return {&light, &filtered, &variance, &inverse_depth}; }
 };
 
-TEST(KeepSamples, EveryTargetGivesTheBitsOfTheReference) {
+void TestEveryTarget(float reach) {
   const StagePlanes planes;
   FilterPlanes expected(kWidth, kHeight, kBorder);
   Image1 expected_valid(kWidth, kHeight, kBorder);
   reference::MeasureSamples(planes.Input(), &expected, &expected_valid);
   LumaImage3 expected_light = planes.filtered;
-  reference::KeepSamples(expected, expected_valid, planes.light, &expected_light);
+  reference::KeepSamples(expected, expected_valid, planes.light, reach, &expected_light);
   ASSERT_FALSE(SameBits(expected_light, planes.filtered));
   OnEveryTarget([&] {
     FilterPlanes measured(kWidth, kHeight, kBorder);
@@ -110,9 +122,15 @@ TEST(KeepSamples, EveryTargetGivesTheBitsOfTheReference) {
       }
     }
     LumaImage3 light = planes.filtered;
-    cpu::KeepSamples(measured, valid, planes.light, &light);
+    cpu::KeepSamples(measured, valid, planes.light, reach, &light);
     EXPECT_TRUE(SameBits(light, expected_light));
   });
+}
+
+TEST(KeepSamples, EveryTargetGivesTheBitsOfTheReference) {
+  for (const float reach : {0.0f, 0.5f, 0.1f}) {
+    TestEveryTarget(reach);
+  }
 }
 
 /// Light on a wall: even on its left half, stripes on its right one, which move from frame to
@@ -214,6 +232,32 @@ TEST(KeepSamples, ConvergesToTheSamples) {
   const Errors few = ErrorsOf(Denoised(64, true), 4);
   const Errors many = ErrorsOf(Denoised(1024, true), 4);
   EXPECT_LT(many.stripes, few.stripes / 8);
+}
+
+/// How far the picture is from the truth at a pixel that has a rare bright sample.
+float Speck(bool estimated) {
+  constexpr int kX = 3 * kWidth / 4;
+  constexpr int kY = kHeight / 2;
+  Denoiser denoiser = MakeDenoiser({});
+  DenoisedFrame out;
+  for (int i = 1; i <= 4; ++i) {
+    Frame frame = Wall(i, 16);
+    for (int c = 0; c < 3 && i == 4; ++c) {
+      frame.signals.front().radiance[c](kX, kY) += 3;
+    }
+    frame.signals.front().second_moment = Image1();
+    EstimateSecondMoments(&frame);
+    EXPECT_TRUE(frame.has_estimated_moments);
+    frame.has_estimated_moments = estimated;
+    EXPECT_TRUE(denoiser.Denoise(frame, &out).ok());
+  }
+  return out.colour[1](kX, kY) - Truth(kX, 4);
+}
+
+// Means hide the sample from the estimate of the noise.
+TEST(KeepSamples, ARareBrightSampleIsNotKeptWhereNoiseIsAnEstimate) {
+  EXPECT_GT(Speck(false), 0.3f);
+  EXPECT_LT(Speck(true), 0.5f * Speck(false));
 }
 
 TEST(KeepSamples, OneSampleIsUnchanged) {

@@ -55,15 +55,16 @@ TEST_F(Stages, PresetsInHalves) {
   }
 }
 
-/// Sixteen samples in each pixel that has any; all signals but the last have second moments.
-Frame SeveralSamples(int width, int height, int index) {
+/// Sixteen samples in each pixel that has any. Without `all_moments` the last signal lacks second
+/// moments, which are then estimated.
+Frame SeveralSamples(int width, int height, int index, bool all_moments = false) {
   Frame f = MakeBusyFrame(width, height, index);
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       f.samples(x, y) *= 16;
     }
   }
-  for (size_t i = 0; i + 1 < f.signals.size(); ++i) {
+  for (size_t i = 0; i < f.signals.size() - (all_moments ? 0 : 1); ++i) {
     const Image3& light = f.signals[i].radiance;
     Image1& moment = f.signals[i].second_moment;
     moment = Image1(width, height);
@@ -89,6 +90,12 @@ TEST_F(Stages, SamplesAreKept) {
       settings, &tested, 4, [&](int i) { return SeveralSamples(67, 35, i); },
       [&](const std::string& name) { return ToleranceOf(name, DevicePrecision::kFloat); },
       "several samples");
+  // With all second moments none is estimated, and what sticks out is not limited.
+  Denoiser given = MakeDenoiser(settings, DevicePrecision::kFloat);
+  test::ExpectReferencePictures(
+      settings, &given, 4, [&](int i) { return SeveralSamples(67, 35, i, true); },
+      [&](const std::string& name) { return ToleranceOf(name, DevicePrecision::kFloat); },
+      "several samples, all moments");
   // Halves hold the squares less well than light: the last pictures alone. With 16 samples a
   // history ends soon after a difference exceeds its noise, which halves round by a thousandth.
   const auto picture = [&](Denoiser denoiser) {

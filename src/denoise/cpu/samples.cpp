@@ -17,7 +17,7 @@ void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLigh
     p.stages.atrous({&blur, 1}, guides, GeometryLevel(level), p.plan.atrous);
     std::swap(measured, other);
   }
-  p.stages.keep_samples(*measured, valid, light, filtered);
+  p.stages.keep_samples(*measured, valid, light, p.plan.keep_samples.kept_reach, filtered);
 }
 
 void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,

@@ -47,10 +47,11 @@ void MeasureSampleRows(const KeepSamplesInput& in, int y0, int y1, FilterPlanes*
   }
 }
 
-void KeepSampleRows(const FilterPlanes& blurred, const Image1& valid, const NewLight& light, int y0,
-                    int y1, LumaImage3* filtered) {
+void KeepSampleRows(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
+                    float reach, int y0, int y1, LumaImage3* filtered) {
   const DF d;
   const VF zero = hn::Zero(d);
+  const VF one = hn::Set(d, 1.0f);
   const int width = valid.width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
@@ -60,7 +61,17 @@ void KeepSampleRows(const FilterPlanes& blurred, const Image1& valid, const NewL
       if (hn::AllFalse(d, keep)) {
         continue;
       }
-      const VF share = hn::Div(noise, hn::IfThenElse(keep, square, hn::Set(d, 1.0f)));
+      VF share = hn::Div(noise, hn::IfThenElse(keep, square, one));
+      if (reach > 0) {
+        const VF deviation = hn::AbsDiff(hn::LoadU(d, light.colour[0].Row(y) + x),
+                                         hn::LoadU(d, (*filtered)[0].Row(y) + x));
+        const VF limit = hn::Mul(hn::Set(d, reach), square);
+        const VF needed = hn::Mul(deviation, hn::Sqrt(noise));
+        const MF beyond = hn::Gt(needed, limit);
+        const VF part = hn::Div(limit, hn::IfThenElse(beyond, needed, one));
+        const VF limited = hn::Sub(one, hn::Mul(hn::Sub(one, share), part));
+        share = hn::IfThenElse(beyond, limited, share);
+      }
       for (int c = 0; c < 3; ++c) {
         const VF kept = hn::LoadU(d, light.colour[c].Row(y) + x);
         const VF old = hn::LoadU(d, (*filtered)[c].Row(y) + x);
@@ -89,9 +100,9 @@ void MeasureSamples(const KeepSamplesInput& in, FilterPlanes* measured, Image1* 
 }
 
 void KeepSamples(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered) {
+                 float reach, LumaImage3* filtered) {
   ParallelRows(valid.height(), 32, [&](int y0, int y1) {
-    HWY_DYNAMIC_DISPATCH(KeepSampleRows)(blurred, valid, light, y0, y1, filtered);
+    HWY_DYNAMIC_DISPATCH(KeepSampleRows)(blurred, valid, light, reach, y0, y1, filtered);
   });
 }
 

@@ -11,9 +11,11 @@
 /// x. Both are means of three geometry-only wavelet levels. The variance is known from the samples
 /// within pixels and from the history, of which the larger counts: rare bright samples are missing
 /// in most frames. As the noise goes to zero the result goes to x, so that it converges to the
-/// reference. Pixels of one sample are unchanged, bit for bit. Departs from SVGF, which has no such
-/// stage. No state. Border: that of these levels. Reads 44, writes 28 bytes per pixel and signal
-/// around the wavelet.
+/// reference. Where the variance within pixels is estimated from those around (frames of other
+/// renderers), a pixel's deviation x - y is limited (ShareOfFiltered): means hide a rare bright
+/// sample, and single pixels would come back as specks. Pixels of one sample are unchanged, bit for
+/// bit. Departs from SVGF, which has no such stage. No state. Border: that of these levels. Reads
+/// 44, writes 28 bytes per pixel and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
@@ -33,16 +35,17 @@ struct KeepSamplesInput {
 /// MeasureSamples: luminance of `measured` = squared difference of x and y, red = SampleNoise of x,
 /// variance = 0; valid = 1 for pixels of several samples on surfaces. KeepSamples: blends x into y;
 /// keep_mirrors does so too.
+/// \param reach  KeepSamplesParameters::kept_reach
 /// \param blurred  `measured` after the wavelet levels; not read where `valid` is 0
 namespace reference {
 void MeasureSamples(const KeepSamplesInput& in, FilterPlanes* measured, Image1* valid);
 void KeepSamples(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered);
+                 float reach, LumaImage3* filtered);
 }  // namespace reference
 namespace cpu {
 void MeasureSamples(const KeepSamplesInput& in, FilterPlanes* measured, Image1* valid);
 void KeepSamples(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered);
+                 float reach, LumaImage3* filtered);
 }  // namespace cpu
 
 }  // namespace stillray

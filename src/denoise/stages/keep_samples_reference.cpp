@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/keep_samples.h"
 
+#include <cmath>
+
 namespace stillray::reference {
 
 void MeasureSamples(const KeepSamplesInput& in, FilterPlanes* measured, Image1* valid) {
@@ -21,11 +23,14 @@ void MeasureSamples(const KeepSamplesInput& in, FilterPlanes* measured, Image1* 
 }
 
 void KeepSamples(const FilterPlanes& blurred, const Image1& valid, const NewLight& light,
-                 LumaImage3* filtered) {
+                 float reach, LumaImage3* filtered) {
   for (int y = 0; y < valid.height(); ++y) {
     for (int x = 0; x < valid.width(); ++x) {
+      const float deviation = std::abs(light.colour[0](x, y) - (*filtered)[0](x, y));
       const float share =
-          valid(x, y) > 0 ? FilteredShare(blurred.colour[0](x, y), blurred.colour[1](x, y)) : 1.0f;
+          valid(x, y) > 0
+              ? ShareOfFiltered(blurred.colour[0](x, y), blurred.colour[1](x, y), deviation, reach)
+              : 1.0f;
       for (int c = 0; c < 3 && share < 1; ++c) {
         const float kept = light.colour[c](x, y);
         (*filtered)[c](x, y) = kept + share * ((*filtered)[c](x, y) - kept);

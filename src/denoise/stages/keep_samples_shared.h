@@ -13,6 +13,7 @@ SHARED_BEGIN
 
 SHARED_BLOCK(KeepSamplesParameters) {
   int kept_signals;  // bit s: signal s has second moments
+  float kept_reach;  // see ShareOfFiltered; 0: no limit
 };
 
 // Samples that a pixel must have, on average, for the variance within it to be known.
@@ -36,6 +37,24 @@ SHARED_FN float SampleNoise(float within, float variance, float n) {
 // noise / (noise + bias^2), with E (x - y)^2 = noise + bias^2 (James and Stein 1961).
 SHARED_FN float FilteredShare(float difference2, float noise) {
   return difference2 > noise ? noise / difference2 : 1.0f;
+}
+
+// kept_reach of pixels of n samples where the variance of samples is an estimate from the pixels
+// around. The more samples, the rarer are means far from the others by chance.
+SHARED_FN float ReachOfEstimates(float n) {
+  return max(0.5f, n / 32.0f);
+}
+
+// FilteredShare for one pixel. A pixel whose own noise is not known may have a rare bright sample:
+// what it keeps of its deviation from the filtered light is limited to
+// reach (difference2 / noise)^(1/2) times the root mean square of the deviations around. Without
+// noise there is no limit.
+// \param difference2, noise  means around the pixel \param deviation  |x - y| of the pixel
+SHARED_FN float ShareOfFiltered(float difference2, float noise, float deviation, float reach) {
+  float share = FilteredShare(difference2, noise);
+  float limit = reach * difference2;
+  float needed = deviation * sqrt(noise);
+  return reach > 0.0f && needed > limit ? 1.0f - (1.0f - share) * (limit / needed) : share;
 }
 
 SHARED_END

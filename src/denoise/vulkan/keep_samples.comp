@@ -5,6 +5,7 @@
 
 // keep_samples and keep_mirrors, after their wavelet levels: see stages/keep_samples.h.
 #include "denoise/vulkan/common.glsl"
+#include "denoise/vulkan/sample_squares.glsl"
 #include "denoise/stages/keep_samples_shared.h"
 
 layout(set = 1, binding = 0) uniform texture2DArray noisy;
@@ -21,9 +22,10 @@ void main() {
     ivec3 at = ivec3(p, s);
     vec4 c = texelFetch(light, at, 0);
     vec4 m = texelFetch(measured, at, 0);
-    float share = IsValid(m.w) ? FilteredShare(m.x, m.y) : 1.0f;
-    if (share < 1.0f) {
+    if (IsValid(m.w) && m.x > m.y) {
       vec3 kept = texelFetch(noisy, at, 0).xyz;
+      float deviation = kDifferenceScale * abs(kept.x - c.x);
+      float share = ShareOfFiltered(m.x, m.y, deviation, keep_samples.kept_reach);
       c.xyz = kept + share * (c.xyz - kept);
     }
     imageStore(light_out, at, Stored(c));

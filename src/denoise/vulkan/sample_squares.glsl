@@ -3,10 +3,13 @@
 
 // What the wavelet levels of keep_samples and keep_mirrors average.
 
-// Light has its mean near 1/8; this factor keeps the precision of its squares in halves.
-const float kSquareScale = 64.0f;
+// Light has its mean near 1/8; the square of this factor keeps the precision of its squares in
+// halves.
+const float kDifferenceScale = 8.0f;
+const float kSquareScale = kDifferenceScale * kDifferenceScale;
 
-// A pixel's squared difference and noise; only their ratio matters.
+// A pixel's squared difference and noise, in the unit of (kDifferenceScale light)^2. Large ones are
+// both reduced: only their ratio matters.
 vec4 SampleSquares(float difference2, float noise) {
   vec2 squares = kSquareScale * vec2(difference2, noise);
   squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);
