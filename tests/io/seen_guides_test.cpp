@@ -476,6 +476,34 @@ TEST(SetSeenGuides, InvalidValuesDoNoHarm) {
   }
 }
 
+TEST(SetSeenGuides, InvalidValuesInABallDoNoHarm) {
+  for (const RoomSurface surface : {RoomSurface::kMirror, RoomSurface::kPane}) {
+    for (const float value : {std::nanf(""), kInf, -kInf, -3.0f, 3e38f}) {
+      RoomPicture picture = PictureOfBall(1.2, surface, 160);
+      ForEachPixel(picture, [&](int x, int y) {
+        const int kind = (x * 7 + y * 13) % 60;
+        if (kind == 0) {
+          picture.seen.depth(x, y) = value;
+        } else if (kind == 1) {
+          picture.seen.normal[y % 3](x, y) = value;
+        } else if (kind == 2) {
+          picture.seen.albedo[y % 3](x, y) = value;
+        }
+      });
+      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
+      const bool mirror = surface == RoomSurface::kMirror;
+      const VirtualGuides& g = mirror ? picture.frame.reflection : picture.frame.refraction;
+      const BallComparison ball = CompareBall(g, picture);
+      EXPECT_GT(ball.right, 0.75 * ball.pixels) << value << " " << mirror;
+      EXPECT_EQ(
+          Count(picture,
+                [&](int x, int y) { return g.depth(x, y) != 0 && !IsFiniteAndUnit(g, x, y); }),
+          0)
+          << value << " " << mirror;
+    }
+  }
+}
+
 TEST(SetSeenGuides, NamesWhatDoesNotFit) {
   const RoomPicture picture = Picture(RoomWithMirror());
   RoomPicture broken = picture;
