@@ -279,10 +279,10 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-void Importer::ImportSeenGuides() {
+void Importer::ImportSeenGuides(CameraFits* fits) {
   const std::optional<Image1> depth = Plane1(Aov::kSeenDepth);
   if (depth && frame_.reflection.empty() && frame_.refraction.empty()) {
-    SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_);
+    SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, fits, &frame_);
   }
 }
 
@@ -372,12 +372,13 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   frame_.refraction =
       VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
-  ImportSeenGuides();  // compares guides as stored
+  CameraFits fits(frame_.guides);
+  ImportSeenGuides(&fits);  // compares guides as stored
   if (layout_.soft_guides && !frame_.guides.motion.empty()) {
     ForgetMixedMotion(&frame_.guides.motion);
   }
   if (layout_.curved_images) {
-    SetCurvedImages(&frame_);
+    SetCurvedImages(&fits, &frame_);
   }
   if (MayMixGuides()) {
     LimitHistories();

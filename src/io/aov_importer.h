@@ -43,7 +43,7 @@ class Importer {
   void ImportNormal();
   void ImportId();
   void ImportAlbedo();
-  void ImportSeenGuides();
+  void ImportSeenGuides(CameraFits* fits);
   VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
                                 const JitterPair& jitter) const;
   Plane<uint32_t> Ids(const Channel& channel) const;

@@ -516,6 +516,21 @@ std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& m
   return fits ? std::optional<CameraMotion>(fit) : std::nullopt;
 }
 
+const std::optional<CameraMotion>& CameraFits::Motion() {
+  if (!motion_) {
+    motion_ =
+        guides_.motion.empty() ? std::nullopt : FitCameraMotion(guides_.depth, guides_.motion);
+  }
+  return *motion_;
+}
+
+const std::optional<View>& CameraFits::FieldOfView() {
+  if (!view_) {
+    view_ = FitView(guides_.depth, guides_.normal);
+  }
+  return *view_;
+}
+
 vec2 ImageMotion(const CameraMotion& camera, const Guides& guides, int x, int y, float image) {
   const int width = guides.depth.width();
   const vec2 p = PicturePoint(width, guides.depth.height(), static_cast<float>(x) + 0.5f,

@@ -72,6 +72,21 @@ struct CameraMotion {
 ///         Before a single plane, motion at other depths is finite but arbitrary
 std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion);
 
+/// Both fits to the guides of a frame, computed at their first use.
+class CameraFits {
+ public:
+  /// \param guides  depth, normal and motion, which may be empty; must outlive this
+  explicit CameraFits(const Guides& guides) : guides_(guides) {}
+
+  const std::optional<CameraMotion>& Motion();
+  const std::optional<View>& FieldOfView();
+
+ private:
+  const Guides& guides_;
+  std::optional<std::optional<CameraMotion>> motion_;
+  std::optional<std::optional<View>> view_;
+};
+
 /// The motion of an image that a surface shows and that moves along with it: that of the surface,
 /// plus what the camera adds at the image's depth.
 /// \param guides  depth and motion of the surface

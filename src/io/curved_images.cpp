@@ -219,7 +219,7 @@ bool HasCurvedImages(const Guides& guides) {
          kLeastPart * static_cast<float>(width) * static_cast<float>(height);
 }
 
-void SetCurvedImages(Frame* frame) {
+void SetCurvedImages(CameraFits* fits, Frame* frame) {
   Guides& g = frame->guides;
   const int width = frame->width;
   const int height = frame->height;
@@ -229,9 +229,8 @@ void SetCurvedImages(Frame* frame) {
     frame->reflection.depth = Image1(width, height);
     frame->reflection.motion = Image2(width, height);
   }
-  const std::optional<CameraMotion> camera =
-      g.motion.empty() ? std::nullopt : FitCameraMotion(g.depth, g.motion);
-  const std::optional<View> view = FitView(g.depth, g.normal);
+  const std::optional<CameraMotion>& camera = fits->Motion();
+  const std::optional<View>& view = fits->FieldOfView();
   if (camera && view && width > 1 && height > 1) {
     const Surfaces surfaces(g, *view);
     ForEachPixel(width, height, [&](int x, int y) {

@@ -10,6 +10,7 @@
 
 #include <optional>
 
+#include "io/camera_fit.h"
 #include "stillray/frame.h"
 
 namespace stillray::io {
@@ -30,8 +31,9 @@ bool HasCurvedImages(const Guides& guides);
 /// Surfaces of a known roughness below 0.1 are left alone: such images have guides of their own.
 /// If the frame has no roughness it gets one: kCurvedRoughness, else 0 where the frame shows
 /// images, 1 elsewhere.
+/// \param fits   to the frame's guides
 /// \param frame  needs depth, normal and motion. Nothing is added if the motion is not that of a
 ///     camera before a mostly static scene, or if depth and normals fit no perspective
-void SetCurvedImages(Frame* frame);
+void SetCurvedImages(CameraFits* fits, Frame* frame);
 
 }  // namespace stillray::io

@@ -248,7 +248,7 @@ struct SeenFit {
   CameraMotion camera;
 };
 
-NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
+NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, CameraFits* fits, SeenFit* fit) {
   const std::optional<Lens> lens = FitLens(g.depth, layers.depth);
   if (!lens) {
     return NoSeenGuides::kLens;
@@ -263,11 +263,10 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
     return NoSeenGuides::kNormal;
   }
   fit->to_world = glm::inverse(to_camera);
-  const std::optional<CameraMotion> camera = FitCameraMotion(g.depth, g.motion);
-  if (!camera) {
+  if (!fits->Motion()) {
     return NoSeenGuides::kMotion;
   }
-  fit->camera = *camera;
+  fit->camera = *fits->Motion();
   return NoSeenGuides::kNone;
 }
 
@@ -352,8 +351,8 @@ vec3 MeanAlbedo(const Images& images, const Seen& seen, const Plane<int32_t>& so
 
 /// Images in curved mirrors and glass. Reflections move as ReflectedMotion says. What is seen
 /// through glass moves with it: its path is not known.
-void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, const Plane<uint8_t>& taken,
-                       Seen seen, Frame* frame) {
+void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, CameraFits* fits,
+                       const Plane<uint8_t>& taken, Seen seen, Frame* frame) {
   const Guides& g = frame->guides;
   ForEachPixel(frame->width, frame->height, [&](int x, int y) {
     seen.depth(x, y) = taken(x, y) != 0 ? 0.0f : seen.depth(x, y);
@@ -365,7 +364,7 @@ void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, const Plane
   }
   const Plane<int32_t> sources = CurvedSources(seen, g, patches, kinds);
   std::optional<ReflectedMotion> reflected;
-  if (const std::optional<View> view = FitView(g.depth, g.normal)) {
+  if (const std::optional<View>& view = fits->FieldOfView()) {
     reflected.emplace(g, fit.lens, fit.camera, view->to_camera);
   }
   Images images(layers, seen, frame);
@@ -390,23 +389,24 @@ void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, const Plane
 
 NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides) {
   SeenFit fit;
-  return Fit(seen, guides, &fit);
+  CameraFits fits(guides);
+  return Fit(seen, guides, &fits, &fit);
 }
 
-NoSeenGuides SetSeenGuides(const SeenLayers& layers, Frame* frame) {
+NoSeenGuides SetSeenGuides(const SeenLayers& layers, CameraFits* fits, Frame* frame) {
   const Guides& g = frame->guides;
   MakePlanes(frame->width, frame->height, &frame->reflection);
   if (!g.transmission_albedo.empty()) {
     MakePlanes(frame->width, frame->height, &frame->refraction);
   }
   SeenFit fit;
-  const NoSeenGuides why = Fit(layers, g, &fit);
+  const NoSeenGuides why = Fit(layers, g, fits, &fit);
   if (why != NoSeenGuides::kNone) {
     return why;
   }
   Seen seen = FindSeen(layers, fit.lens, fit.to_world, g);
   const Plane<uint8_t> taken = SetImagesOfPlanes(layers, fit, &seen, frame);
-  SetImagesOfCurves(layers, fit, taken, std::move(seen), frame);
+  SetImagesOfCurves(layers, fit, fits, taken, std::move(seen), frame);
   return NoSeenGuides::kNone;
 }
 

@@ -5,6 +5,7 @@
 /// Cycles' Denoising Data.
 #pragma once
 
+#include "io/camera_fit.h"
 #include "stillray/frame.h"
 
 namespace stillray::io {
@@ -30,8 +31,9 @@ enum class NoSeenGuides : uint8_t {
 /// in curved mirrors by the law of reflection (ReflectedMotion), and what curved glass shows moves
 /// with the glass. Surfaces in which neighbours mostly see something else are rough: their layers
 /// are those of random directions. Albedo above 1 is that of a lamp.
+/// \param fits   to the frame's guides
 /// \param frame  needs depth, normal, motion and the albedos; light tells lobes and lamps apart
-NoSeenGuides SetSeenGuides(const SeenLayers& seen, Frame* frame);
+NoSeenGuides SetSeenGuides(const SeenLayers& seen, CameraFits* fits, Frame* frame);
 
 /// What SetSeenGuides would return.
 /// \param seen    depth and normal

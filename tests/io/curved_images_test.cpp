@@ -18,6 +18,11 @@ namespace {
 
 constexpr double kRadius = 0.6;
 
+void SetCurved(Frame* frame) {
+  CameraFits fits(frame->guides);
+  SetCurvedImages(&fits, frame);
+}
+
 RoomCamera Now() {
   RoomCamera camera;
   camera.position = {0.1, 1.5, -4.0};
@@ -116,7 +121,7 @@ int Shown(const RoomPicture& picture) {
 TEST(SetCurvedImages, ReflectionsInABallMoveAsTheReflectedPointsDo) {
   const Room room = RoomWithBall();
   RoomPicture picture = Picture(room);
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   for (const double distance : {1.5, 3.0, 100.0}) {
     const Errors errors = ErrorsOf(room, picture, distance);
     EXPECT_GT(errors.count, 1000);
@@ -134,7 +139,7 @@ TEST(SetCurvedImages, DepthFollowsFromTheMirrorEquation) {
   RoomCamera camera = Now();
   camera.pan = 0;
   RoomPicture picture = Trace(room, camera, camera, options);
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   const double distance = 4.0 - kRadius;
   EXPECT_NEAR(picture.frame.reflection.depth(80, 60), distance + 1 / (2 / kRadius + 1 / distance),
               0.01);
@@ -142,7 +147,7 @@ TEST(SetCurvedImages, DepthFollowsFromTheMirrorEquation) {
 
 TEST(SetCurvedImages, OnlyConvexSurfacesHaveThem) {
   RoomPicture picture = Picture(RoomWithBall());
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   int on_ball = 0;
   for (int y = 0; y < picture.frame.height; ++y) {
     for (int x = 0; x < picture.frame.width; ++x) {
@@ -167,7 +172,7 @@ TEST(SetCurvedImages, OnlyConvexSurfacesHaveThem) {
       }
     }
   }
-  SetCurvedImages(&inside.frame);
+  SetCurved(&inside.frame);
   EXPECT_LT(Shown(inside), 0.05 * on_ball);
 }
 
@@ -175,19 +180,19 @@ TEST(SetCurvedImages, OtherImagesAndRoughnessStay) {
   RoomPicture picture = Picture(RoomWithBall());
   picture.frame.guides.roughness = Image1(320, 240);
   picture.frame.guides.roughness.Fill(0.05f);
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   EXPECT_EQ(Shown(picture), 0);  // a smooth ball has other guides than its surface
   EXPECT_EQ(picture.frame.guides.roughness(0, 0), 0.05f);
 
   picture.frame.guides.roughness.Fill(0.2f);
   picture.frame.reflection.depth.Fill(7);
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   EXPECT_EQ(picture.frame.reflection.depth(160, 120), 7);
 
   RoomPicture unknown = Picture(RoomWithBall());
   unknown.frame.refraction.depth = Image1(320, 240);
   unknown.frame.refraction.depth(5, 6) = 3;
-  SetCurvedImages(&unknown.frame);
+  SetCurved(&unknown.frame);
   EXPECT_EQ(unknown.frame.guides.roughness(5, 6), 0);
 }
 
@@ -199,8 +204,8 @@ TEST(SetCurvedImages, ImagesMoveAlongWithTheirSurface) {
       moving.frame.guides.motion[0](x, y) += IsBall(moving, x, y) ? 2.5f : 0.0f;
     }
   }
-  SetCurvedImages(&still.frame);
-  SetCurvedImages(&moving.frame);
+  SetCurved(&still.frame);
+  SetCurved(&moving.frame);
   for (int y = 0; y < 240; ++y) {
     for (int x = 0; x < 320; ++x) {
       if (still.frame.reflection.depth(x, y) > 0) {
@@ -218,11 +223,11 @@ TEST(SetCurvedImages, WithoutAKnownCameraThereAreNone) {
       picture.frame.guides.motion[0](x, y) = static_cast<float>((x * 7 + y * 13) % 31);
     }
   }
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   EXPECT_EQ(Shown(picture), 0);
   EXPECT_EQ(picture.frame.guides.roughness(160, 120), 1);
   picture.frame.guides.motion = Image2();
-  SetCurvedImages(&picture.frame);
+  SetCurved(&picture.frame);
   EXPECT_EQ(Shown(picture), 0);
 }
 

@@ -19,6 +19,11 @@ namespace {
 
 constexpr float kInf = std::numeric_limits<float>::infinity();
 
+NoSeenGuides SetSeen(const SeenLayers& seen, Frame* frame) {
+  CameraFits fits(frame->guides);
+  return SetSeenGuides(seen, &fits, frame);
+}
+
 RoomCamera Now() {
   RoomCamera camera;
   camera.position = {0.1, 1.5, -4.0};
@@ -98,7 +103,7 @@ TEST(SetSeenGuides, APlanarMirrorHasTheGuidesOfTheReflectedWorld) {
   RoomOptions options;
   options.outliers = 0;
   RoomPicture picture = Picture(RoomWithMirror(), options);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const Comparison reflection = Compare(picture.frame.reflection, picture);
   EXPECT_GT(reflection.expected, 2000);
   EXPECT_GT(reflection.found, 0.99 * reflection.expected);
@@ -140,8 +145,8 @@ TEST(SetSeenGuides, OutliersTakeTheGuidesOfTheirNeighbours) {
   RoomPicture clean = Picture(RoomWithMirror(), options);
   options.outliers = 0.02;
   RoomPicture picture = Picture(RoomWithMirror(), options);
-  ASSERT_EQ(SetSeenGuides(clean.seen, &clean.frame), NoSeenGuides::kNone);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(clean.seen, &clean.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const VirtualGuides& expected = clean.frame.reflection;
   const VirtualGuides& g = picture.frame.reflection;
   const int outliers = Count(
@@ -168,8 +173,8 @@ TEST(SetSeenGuides, OutliersOfColourAloneTakeThatOfTheirNeighbours) {
     }
   });
   EXPECT_GT(spots, 200);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
-  ASSERT_EQ(SetSeenGuides(spotted.seen, &spotted.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(spotted.seen, &spotted.frame), NoSeenGuides::kNone);
   const VirtualGuides& g = spotted.frame.reflection;
   const VirtualGuides& expected = picture.frame.reflection;
   const int wrong = Count(picture, [&](int x, int y) {
@@ -195,7 +200,7 @@ TEST(SetSeenGuides, NormalsOfTwoDirectionsAreEnough) {
       ASSERT_NEAR(picture.frame.guides.normal[0](x, y), 0, 1e-3);
     }
   });
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const Comparison reflection = Compare(picture.frame.reflection, picture);
   EXPECT_GT(reflection.expected, 2000);
   EXPECT_GT(reflection.right, 0.98 * reflection.expected);
@@ -207,7 +212,7 @@ TEST(SetSeenGuides, AMovingObjectChangesNothing) {
   RoomOptions options;
   options.outliers = 0;
   RoomPicture picture = Picture(room, options);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const Comparison reflection = Compare(picture.frame.reflection, picture);
   EXPECT_GT(reflection.expected, 1500);
   // The board's own image moves with the board, which the length of the path does not tell.
@@ -228,7 +233,7 @@ TEST(SetSeenGuides, APaneRefracts) {
   RoomOptions options;
   options.outliers = 0;
   RoomPicture picture = Picture(room, options);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const Comparison refraction = Compare(picture.frame.refraction, picture);
   EXPECT_GT(refraction.expected, 2500);
   EXPECT_GT(refraction.found, 0.99 * refraction.expected);
@@ -268,10 +273,10 @@ TEST(SetSeenGuides, SamplesOfAPanesOtherLobeTakeTheGuidesOfTheirNeighbours) {
   EXPECT_GT(reflected, 200);
   Frame without_light = frame;
   without_light.signals.clear();
-  ASSERT_EQ(SetSeenGuides(picture.seen, &without_light), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &without_light), NoSeenGuides::kNone);
   const Comparison before = Compare(without_light.refraction, picture);
   EXPECT_LT(before.right, before.expected - 0.9 * reflected);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &frame), NoSeenGuides::kNone);
   const Comparison refraction = Compare(frame.refraction, picture);
   EXPECT_GT(refraction.found, 0.98 * refraction.expected);
   // Some lie beside an edge and take the guides of its other side.
@@ -281,7 +286,7 @@ TEST(SetSeenGuides, SamplesOfAPanesOtherLobeTakeTheGuidesOfTheirNeighbours) {
 TEST(SetSeenGuides, WithoutTransmittedLightThereIsNoRefraction) {
   RoomPicture picture = Picture(RoomWithMirror());
   picture.frame.guides.transmission_albedo = Image3();
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   EXPECT_TRUE(picture.frame.refraction.empty());
   EXPECT_GT(Shown(picture, picture.frame.reflection), 2000);
 }
@@ -289,7 +294,7 @@ TEST(SetSeenGuides, WithoutTransmittedLightThereIsNoRefraction) {
 TEST(SetSeenGuides, ARoughSurfaceHasNone) {
   RoomPicture picture = Picture(WithMirrorOf(RoomSurface::kRough, {0.9, 0.8, 0.7}));
   EXPECT_GT(Count(picture, [&](int x, int y) { return picture.what(x, y) == 4; }), 2000);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
 }
 
@@ -348,7 +353,7 @@ TEST(SetSeenGuides, AChromeBallHasTheGuidesOfTheReflectedWorld) {
   for (const double radius : {0.4, 1.2}) {
     for (const int width : {160, 640}) {
       RoomPicture picture = PictureOfBall(radius, RoomSurface::kMirror, width);
-      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+      ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
       const BallComparison ball = CompareBall(picture.frame.reflection, picture);
       EXPECT_GT(ball.pixels, 500);
       EXPECT_GT(ball.found, 0.99 * ball.pixels) << radius << " " << width;
@@ -395,7 +400,7 @@ TEST(SetSeenGuides, ALampInAMirrorHasItsRadianceAsAlbedo) {
       for (int c = 0; c < 3; ++c) {
         picture.seen.albedo[c].Fill(9);
       }
-      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+      ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
       const VirtualGuides& g = picture.frame.reflection;
       EXPECT_GT(Shown(picture, g), 2000);
       const float expected = light > 1 ? 9 / 0.8f : 1.0f;  // of the mirror's green
@@ -412,7 +417,7 @@ TEST(SetSeenGuides, ALampInAMirrorHasItsRadianceAsAlbedo) {
 
 TEST(SetSeenGuides, AGlassBallHasTheGuidesOfWhatIsSeenThroughIt) {
   RoomPicture picture = PictureOfBall(1.2, RoomSurface::kPane, 160);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   const VirtualGuides& g = picture.frame.refraction;
   const BallComparison ball = CompareBall(g, picture);
   EXPECT_GT(ball.pixels, 2000);
@@ -431,13 +436,13 @@ TEST(SetSeenGuides, AGlassBallHasTheGuidesOfWhatIsSeenThroughIt) {
 TEST(SetSeenGuides, ARoughBallHasNone) {
   RoomPicture picture = PictureOfBall(1.2, RoomSurface::kRough, 160);
   EXPECT_GT(Count(picture, [&](int x, int y) { return picture.what(x, y) == 4; }), 2000);
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
 }
 
 TEST(SetSeenGuides, WithoutMirrorsThereAreNone) {
   RoomPicture picture = Picture(EmptyRoom());
-  ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone);
+  ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone);
   EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
   EXPECT_EQ(Shown(picture, picture.frame.refraction), 0);
 }
@@ -465,7 +470,7 @@ TEST(SetSeenGuides, InvalidValuesDoNoHarm) {
         picture.seen.albedo[y % 3](x, y) = value;
       }
     });
-    ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
+    ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
     const VirtualGuides& g = picture.frame.reflection;
     const Comparison reflection = Compare(g, picture);
     EXPECT_GT(reflection.right, 0.9 * reflection.expected) << value;
@@ -490,7 +495,7 @@ TEST(SetSeenGuides, InvalidValuesInABallDoNoHarm) {
           picture.seen.albedo[y % 3](x, y) = value;
         }
       });
-      ASSERT_EQ(SetSeenGuides(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
+      ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
       const bool mirror = surface == RoomSurface::kMirror;
       const VirtualGuides& g = mirror ? picture.frame.reflection : picture.frame.refraction;
       const BallComparison ball = CompareBall(g, picture);
@@ -510,15 +515,15 @@ TEST(SetSeenGuides, NamesWhatDoesNotFit) {
   ForEachPixel(picture, [&](int x, int y) {
     broken.seen.depth(x, y) = static_cast<float>(1 + (x * 37 + y * 91) % 19);
   });
-  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kLens);
+  EXPECT_EQ(SetSeen(broken.seen, &broken.frame), NoSeenGuides::kLens);
   broken = picture;
   broken.seen.normal = Image3(160, 120);
-  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kNormal);
+  EXPECT_EQ(SetSeen(broken.seen, &broken.frame), NoSeenGuides::kNormal);
   broken = picture;
   ForEachPixel(picture, [&](int x, int y) {
     broken.frame.guides.motion[0](x, y) = static_cast<float>((x * 37 + y * 91) % 19);
   });
-  EXPECT_EQ(SetSeenGuides(broken.seen, &broken.frame), NoSeenGuides::kMotion);
+  EXPECT_EQ(SetSeen(broken.seen, &broken.frame), NoSeenGuides::kMotion);
   EXPECT_EQ(Shown(broken, broken.frame.reflection), 0);
 }
 
