@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/reflected_motion.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/pixels.h"
@@ -25,21 +26,19 @@ vec3 Perpendicular(vec3 n) {
   return glm::normalize(glm::cross(n, other));
 }
 
-/// Values at the corners of a cell of 2x2 pixels, and between them.
-struct Cell {
-  vec2 value[2][2];  ///< [y][x]
+vec2 Between(const vec2 (&corner)[2][2], vec2 f) {
+  return (1 - f.y) * ((1 - f.x) * corner[0][0] + f.x * corner[0][1]) +
+         f.y * ((1 - f.x) * corner[1][0] + f.x * corner[1][1]);
+}
 
-  vec2 At(vec2 f) const {
-    return (1 - f.y) * ((1 - f.x) * value[0][0] + f.x * value[0][1]) +
-           f.y * ((1 - f.x) * value[1][0] + f.x * value[1][1]);
-  }
-  vec2 SlopeX(vec2 f) const {
-    return (1 - f.y) * (value[0][1] - value[0][0]) + f.y * (value[1][1] - value[1][0]);
-  }
-  vec2 SlopeY(vec2 f) const {
-    return (1 - f.x) * (value[1][0] - value[0][0]) + f.x * (value[1][1] - value[0][1]);
-  }
-};
+/// The step to where a bilinear function is zero, from its value and slopes at a place of its cell.
+vec2 StepToZero(const vec2 (&corner)[2][2], vec2 f) {
+  const vec2 value = Between(corner, f);
+  const vec2 a = (1 - f.y) * (corner[0][1] - corner[0][0]) + f.y * (corner[1][1] - corner[1][0]);
+  const vec2 b = (1 - f.x) * (corner[1][0] - corner[0][0]) + f.x * (corner[1][1] - corner[0][1]);
+  const float determinant = a.x * b.y - b.x * a.y;
+  return vec2(b.x * value.y - b.y * value.x, a.y * value.x - a.x * value.y) / determinant;
+}
 
 }  // namespace
 
@@ -62,56 +61,60 @@ vec3 ReflectedMotion::NormalAt(int x, int y) const {
   return glm::normalize(to_camera_ * VectorAt(guides_.normal, x, y));
 }
 
-vec2 ReflectedMotion::DeviationAt(int x, int y, vec3 seen, vec3 axis_x, vec3 axis_y) const {
+ReflectedMotion::Target ReflectedMotion::TargetOf(int x, int y, float seen) const {
+  constexpr float kFarAway = 1e5f;  // of the surface's distance
   const vec3 point = PointAt(x, y);
   const vec3 normal = NormalAt(x, y);
-  const vec3 half = glm::normalize(last_eye_ - point) + glm::normalize(seen - point);
+  const float distance = glm::length(point);
+  const float way = (seen - guides_.depth(x, y)) * distance / point.z;
+  const vec3 direction = glm::reflect(point / distance, normal);
+  const vec3 axis_x = Perpendicular(normal);
+  return {point + std::min(way, kFarAway * distance) * direction, axis_x,
+          glm::cross(normal, axis_x)};
+}
+
+vec2 ReflectedMotion::DeviationAt(int x, int y, const Target& target) const {
+  const vec3 point = PointAt(x, y);
+  const vec3 normal = NormalAt(x, y);
+  const vec3 half = glm::normalize(last_eye_ - point) + glm::normalize(target.point - point);
   const vec3 deviation = half - dot(half, normal) * normal;
-  return {dot(deviation, axis_x), dot(deviation, axis_y)};
+  return {dot(deviation, target.axis_x), dot(deviation, target.axis_y)};
+}
+
+std::optional<ReflectedMotion::Cell> ReflectedMotion::CellAt(int x, int y, int u, int v,
+                                                             const Target& target) const {
+  Cell cell;
+  for (int j = 0; j < 2; ++j) {
+    for (int i = 0; i < 2; ++i) {
+      if (!IsInside(guides_.depth, u + i, v + j) || !OnSameCurve(guides_, x, y, u + i, v + j)) {
+        return std::nullopt;
+      }
+      cell.deviation[j][i] = DeviationAt(u + i, v + j, target);
+      cell.motion[j][i] = {guides_.motion[0](u + i, v + j), guides_.motion[1](u + i, v + j)};
+    }
+  }
+  return cell;
 }
 
 std::optional<vec2> ReflectedMotion::At(int x, int y, float seen) const {
   constexpr int kSteps = 5;
-  constexpr float kPrecision = 0.02f;  // pixels
-  constexpr float kFarAway = 1e5f;     // of the surface's distance
-  const vec3 point = PointAt(x, y);
-  const vec3 normal = NormalAt(x, y);
-  const float distance = glm::length(point);
-  const vec3 direction = glm::reflect(point / distance, normal);
-  const float length = (seen - guides_.depth(x, y)) * distance / point.z;
-  const vec3 target = point + std::min(length, kFarAway * distance) * direction;
-  const vec3 axis_x = Perpendicular(normal);
-  const vec3 axis_y = glm::cross(normal, axis_x);
+  constexpr float kPrecision = 0.02f;   // pixels
+  constexpr float kLongestStep = 0.1f;  // of the picture's width
+  const float longest = kLongestStep * static_cast<float>(guides_.depth.width());
+  const Target target = TargetOf(x, y, seen);
   vec2 at(x, y);
-  for (int step = 0; step < kSteps; ++step) {
-    const int u = static_cast<int>(std::floor(at.x));
-    const int v = static_cast<int>(std::floor(at.y));
-    Cell deviation;
-    Cell motion;
-    for (int j = 0; j < 2; ++j) {
-      for (int i = 0; i < 2; ++i) {
-        if (!IsInside(guides_.depth, u + i, v + j) || !OnSameCurve(guides_, x, y, u + i, v + j)) {
-          return std::nullopt;
-        }
-        deviation.value[j][i] = DeviationAt(u + i, v + j, target, axis_x, axis_y);
-        motion.value[j][i] = {guides_.motion[0](u + i, v + j), guides_.motion[1](u + i, v + j)};
-      }
-    }
-    const vec2 in_cell = at - vec2(u, v);
-    const vec2 value = deviation.At(in_cell);
-    const vec2 a = deviation.SlopeX(in_cell);
-    const vec2 b = deviation.SlopeY(in_cell);
-    const float determinant = a.x * b.y - b.x * a.y;
-    const vec2 move =
-        vec2(b.x * value.y - b.y * value.x, a.y * value.x - a.x * value.y) / determinant;
-    const float longest = 0.1f * static_cast<float>(guides_.depth.width());
-    if (!(glm::length(move) < longest)) {
+  for (int i = 0; i < kSteps; ++i) {
+    const vec2 corner = glm::floor(at);
+    const std::optional<Cell> cell =
+        CellAt(x, y, static_cast<int>(corner.x), static_cast<int>(corner.y), target);
+    const vec2 step = cell ? StepToZero(cell->deviation, at - corner) : vec2(2 * longest);
+    if (!(glm::length(step) < longest)) {
       return std::nullopt;
     }
-    if (glm::length(move) < kPrecision) {
-      return at + move + motion.At(in_cell) - vec2(x, y);
+    if (glm::length(step) < kPrecision) {
+      return at + step + Between(cell->motion, at - corner) - vec2(x, y);
     }
-    at += move;
+    at += step;
   }
   return std::nullopt;
 }

@@ -33,10 +33,25 @@ class ReflectedMotion {
   std::optional<vec2> At(int x, int y, float seen) const;
 
  private:
+  /// A point of the scene, and two axes of the surface that shows it.
+  struct Target {
+    vec3 point;
+    vec3 axis_x;
+    vec3 axis_y;
+  };
+  /// Values at the corners of a cell of 2x2 pixels, [y][x].
+  struct Cell {
+    vec2 deviation[2][2];
+    vec2 motion[2][2];
+  };
+
   vec3 PointAt(int x, int y) const;
   vec3 NormalAt(int x, int y) const;
-  /// Twice the deviation from the law of reflection, along both axes of the surface at (x, y).
-  vec2 DeviationAt(int x, int y, vec3 seen, vec3 axis_x, vec3 axis_y) const;
+  Target TargetOf(int x, int y, float seen) const;
+  /// The deviation from the law of reflection along both axes, twice as long.
+  vec2 DeviationAt(int x, int y, const Target& target) const;
+  /// The cell whose first pixel is (u, v); nothing if it leaves the surface at (x, y).
+  std::optional<Cell> CellAt(int x, int y, int u, int v, const Target& target) const;
 
   const Guides& guides_;
   Lens lens_;

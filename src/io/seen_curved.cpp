@@ -18,14 +18,14 @@ constexpr float kLeastSmoothOfMirrors = 0.12f;
 constexpr float kLeastSmoothOfGlass = 0.3f;
 
 /// Depths of what four consecutive pixels see, and whether they see one surface.
-struct Run {
+struct DepthRun {
   std::array<float, 4> depth{};
   bool is_complete = false;
   bool is_aligned = false;
 };
 
-Run RunAt(const Seen& seen, const Patches& patches, int x, int y, int dx, int dy) {
-  Run run;
+DepthRun RunAt(const Seen& seen, const Patches& patches, int x, int y, int dx, int dy) {
+  DepthRun run;
   run.is_complete = run.is_aligned = true;
   for (int i = 0; i < 4; ++i) {
     const int u = x + (i - 1) * dx;
@@ -42,7 +42,7 @@ Run RunAt(const Seen& seen, const Patches& patches, int x, int y, int dx, int dy
   return run;
 }
 
-bool IsSmooth(const Run& run) {
+bool IsSmooth(const DepthRun& run) {
   constexpr float kPrecision = 0.002f;  // layers are halves
   constexpr float kLargestChange = 0.3f;
   const auto& d = run.depth;
@@ -63,7 +63,7 @@ int SmoothDirections(const Seen& seen, const Patches& patches, int x, int y) {
   int known = 0;
   int smooth = 0;
   for (const auto& [dx, dy] : kDirections) {
-    const Run run = RunAt(seen, patches, x, y, dx, dy);
+    const DepthRun run = RunAt(seen, patches, x, y, dx, dy);
     known += run.is_complete ? 1 : 0;
     smooth += run.is_complete && IsSmooth(run) ? 1 : 0;
   }
@@ -92,64 +92,43 @@ bool IsSupported(const Seen& seen, const Patches& patches, bool refracted, int x
                    : support.same > 0;
 }
 
-/// Takes guides of neighbours where there are none.
-class Filling {
- public:
-  Filling(const Seen& seen, const Patches& patches, Plane<int32_t>* source)
-      : seen_(seen), patches_(patches), source_(*source) {}
+constexpr int32_t kNone = -1;     ///< the pixel shows no image
+constexpr int32_t kUnknown = -2;  ///< its source is not found yet
 
-  void Run(int passes) {
-    for (int pass = 0; pass < passes; ++pass) {
-      const Plane<int32_t> last = source_;
-      ForEachPixel(last.width(), last.height(), [&](int x, int y) {
-        if (last(x, y) == kUnknown) {
-          source_(x, y) = BestNeighbour(last, x, y);
-        }
-      });
+bool HasSource(const Patches& patches, const Plane<int32_t>& sources, int x, int y, int u, int v) {
+  return u >= 0 && v >= 0 && u < sources.width() && v < sources.height() &&
+         patches.Of(u, v) == patches.Of(x, y) && sources(u, v) >= 0;
+}
+
+/// How many neighbours of a pixel see what pixel `candidate` sees.
+int Votes(const Seen& seen, const Patches& patches, const Plane<int32_t>& sources, int x, int y,
+          int32_t candidate) {
+  const int width = sources.width();
+  int votes = 0;
+  for (const auto& [dx, dy] : kNeighbourOffsets) {
+    if (HasSource(patches, sources, x, y, x + dx, y + dy)) {
+      const int32_t other = sources(x + dx, y + dy);
+      votes += SeesSame(seen, candidate % width, candidate / width, other % width, other / width);
     }
   }
+  return votes;
+}
 
-  static constexpr int32_t kUnknown = -2;
-
- private:
-  bool IsKnown(const Plane<int32_t>& source, int x, int y, int u, int v) const {
-    return IsInside(seen_.depth, u, v) && patches_.Of(u, v) == patches_.Of(x, y) &&
-           source(u, v) >= 0;
-  }
-
-  /// How many neighbours see what a pixel sees.
-  int Votes(const Plane<int32_t>& source, int x, int y, int32_t candidate) const {
-    const int width = seen_.depth.width();
-    int votes = 0;
-    for (const auto& [dx, dy] : kNeighbourOffsets) {
-      if (IsKnown(source, x, y, x + dx, y + dy)) {
-        const int32_t other = source(x + dx, y + dy);
-        votes += SeesSame(seen_, candidate % width, candidate / width, other % width, other / width)
-                     ? 1
-                     : 0;
-      }
+/// That of the sources of the neighbours which most of them agree with, or kUnknown.
+int32_t CommonSource(const Seen& seen, const Patches& patches, const Plane<int32_t>& sources, int x,
+                     int y) {
+  int32_t best = kUnknown;
+  int most = 0;
+  for (const auto& [dx, dy] : kNeighbourOffsets) {
+    if (HasSource(patches, sources, x, y, x + dx, y + dy)) {
+      const int32_t candidate = sources(x + dx, y + dy);
+      const int votes = Votes(seen, patches, sources, x, y, candidate);
+      best = votes > most ? candidate : best;
+      most = std::max(votes, most);
     }
-    return votes;
   }
-
-  int32_t BestNeighbour(const Plane<int32_t>& source, int x, int y) const {
-    int32_t best = kUnknown;
-    int most = 0;
-    for (const auto& [dx, dy] : kNeighbourOffsets) {
-      if (IsKnown(source, x, y, x + dx, y + dy)) {
-        const int32_t candidate = source(x + dx, y + dy);
-        const int votes = Votes(source, x, y, candidate);
-        best = votes > most ? candidate : best;
-        most = std::max(votes, most);
-      }
-    }
-    return best;
-  }
-
-  const Seen& seen_;
-  const Patches& patches_;
-  Plane<int32_t>& source_;
-};
+  return best;
+}
 
 }  // namespace
 
@@ -188,20 +167,27 @@ Plane<int32_t> CurvedSources(const Seen& seen, const Guides& g, const Patches& p
                              const std::vector<PatchKind>& kinds) {
   constexpr int kPasses = 3;
   const int width = seen.depth.width();
-  Plane<int32_t> source(width, seen.depth.height());
+  Plane<int32_t> sources(width, seen.depth.height());
   ForEachPixel(width, seen.depth.height(), [&](int x, int y) {
     const int32_t patch = patches.Of(x, y);
     const PatchKind kind = patch < 0 ? PatchKind() : kinds[static_cast<size_t>(patch)];
     if (!kind.shows_image || (kind.refracted && IsOnOutline(g, x, y))) {
-      source(x, y) = -1;
+      sources(x, y) = kNone;
     } else if (seen.depth(x, y) > 0 && IsSupported(seen, patches, kind.refracted, x, y)) {
-      source(x, y) = y * width + x;
+      sources(x, y) = y * width + x;
     } else {
-      source(x, y) = Filling::kUnknown;
+      sources(x, y) = kUnknown;
     }
   });
-  Filling(seen, patches, &source).Run(kPasses);
-  return source;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    const Plane<int32_t> last = sources;
+    ForEachPixel(width, last.height(), [&](int x, int y) {
+      if (last(x, y) == kUnknown) {
+        sources(x, y) = CommonSource(seen, patches, last, x, y);
+      }
+    });
+  }
+  return sources;
 }
 
 }  // namespace stillray::io

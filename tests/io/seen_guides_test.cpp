@@ -457,19 +457,27 @@ bool IsFiniteAndUnit(const VirtualGuides& g, int x, int y) {
          std::max({albedo.x, albedo.y, albedo.z}) <= 1;
 }
 
+constexpr float kInvalid[] = {std::numeric_limits<float>::quiet_NaN(), kInf, -kInf, -3.0f, 3e38f};
+
+/// Sets one layer of every twentieth pixel to a value.
+void Spoil(float value, RoomPicture* picture) {
+  SeenLayers& seen = picture->seen;
+  ForEachPixel(*picture, [&](int x, int y) {
+    const int kind = (x * 7 + y * 13) % 60;
+    if (kind == 0) {
+      seen.depth(x, y) = value;
+    } else if (kind == 1) {
+      seen.normal[y % 3](x, y) = value;
+    } else if (kind == 2) {
+      seen.albedo[y % 3](x, y) = value;
+    }
+  });
+}
+
 TEST(SetSeenGuides, InvalidValuesDoNoHarm) {
-  for (const float value : {std::nanf(""), kInf, -kInf, -3.0f, 3e38f}) {
+  for (const float value : kInvalid) {
     RoomPicture picture = Picture(RoomWithMirror());
-    ForEachPixel(picture, [&](int x, int y) {
-      const int kind = (x * 7 + y * 13) % 60;
-      if (kind == 0) {
-        picture.seen.depth(x, y) = value;
-      } else if (kind == 1) {
-        picture.seen.normal[y % 3](x, y) = value;
-      } else if (kind == 2) {
-        picture.seen.albedo[y % 3](x, y) = value;
-      }
-    });
+    Spoil(value, &picture);
     ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
     const VirtualGuides& g = picture.frame.reflection;
     const Comparison reflection = Compare(g, picture);
@@ -483,18 +491,9 @@ TEST(SetSeenGuides, InvalidValuesDoNoHarm) {
 
 TEST(SetSeenGuides, InvalidValuesInABallDoNoHarm) {
   for (const RoomSurface surface : {RoomSurface::kMirror, RoomSurface::kPane}) {
-    for (const float value : {std::nanf(""), kInf, -kInf, -3.0f, 3e38f}) {
+    for (const float value : kInvalid) {
       RoomPicture picture = PictureOfBall(1.2, surface, 160);
-      ForEachPixel(picture, [&](int x, int y) {
-        const int kind = (x * 7 + y * 13) % 60;
-        if (kind == 0) {
-          picture.seen.depth(x, y) = value;
-        } else if (kind == 1) {
-          picture.seen.normal[y % 3](x, y) = value;
-        } else if (kind == 2) {
-          picture.seen.albedo[y % 3](x, y) = value;
-        }
-      });
+      Spoil(value, &picture);
       ASSERT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kNone) << value;
       const bool mirror = surface == RoomSurface::kMirror;
       const VirtualGuides& g = mirror ? picture.frame.reflection : picture.frame.refraction;
