@@ -270,6 +270,13 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, CameraFits* fits, Se
   return NoSeenGuides::kNone;
 }
 
+/// The normal of a lamp is negated: no filter takes it and what is beside it for one surface, and
+/// its radiance, by which the light is divided, multiplies no other light.
+vec3 SeenNormal(vec3 normal, vec3 albedo) {
+  constexpr float kLamp = 3;
+  return std::max({albedo.x, albedo.y, albedo.z}) > kLamp ? -normal : normal;
+}
+
 /// Guides of what pixels see.
 class Images {
  public:
@@ -294,7 +301,7 @@ class Images {
   void Set(bool refracted, ivec2 from, vec3 albedo, vec2 motion, int x, int y) {
     VirtualGuides& to = refracted ? frame_.refraction : frame_.reflection;
     to.depth(x, y) = seen_.depth(from.x, from.y);
-    io::Set(VectorAt(seen_.normal, from.x, from.y), x, y, &to.normal);
+    io::Set(SeenNormal(VectorAt(seen_.normal, from.x, from.y), albedo), x, y, &to.normal);
     io::Set(albedo, x, y, &to.albedo);
     to.motion[0](x, y) = motion.x;
     to.motion[1](x, y) = motion.y;

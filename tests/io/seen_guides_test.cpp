@@ -411,6 +411,12 @@ TEST(SetSeenGuides, ALampInAMirrorHasItsRadianceAsAlbedo) {
                       }),
                 0)
           << radius << " " << light;
+      // Nothing beside it is on the same surface.
+      const VirtualGuides& plain = radius > 0 ? picture.curved : picture.expected;
+      const int turned = Count(picture, [&](int x, int y) {
+        return dot(VectorAt(g.normal, x, y), VectorAt(plain.normal, x, y)) < -0.99f;
+      });
+      EXPECT_EQ(turned > 1000, light > 1) << radius << " " << light;
     }
   }
 }
