@@ -313,8 +313,7 @@ std::optional<glm::dvec3> NearnessPlane(const Image1& depth, const Image3& norma
   const std::array<double, 3> fit = equations.Solve(1e-12);
   const double pixels = 0.5 * depth.width();  // per unit of PicturePoint
   const glm::dvec2 slope = pixels * glm::dvec2(fit[0], fit[1]);
-  const glm::dvec2 p(PicturePoint(depth.width(), depth.height(), static_cast<float>(x) + 0.5f,
-                                  static_cast<float>(y) + 0.5f));
+  const glm::dvec2 p(PixelPoint(depth, x, y));
   return glm::dvec3(slope, fit[2] - glm::dot(slope, p));
 }
 
@@ -424,6 +423,11 @@ vec2 PicturePoint(int width, int height, float x, float y) {
           (y - 0.5f * static_cast<float>(height)) * scale};
 }
 
+vec2 PixelPoint(const Image1& plane, int x, int y) {
+  return PicturePoint(plane.width(), plane.height(), static_cast<float>(x) + 0.5f,
+                      static_cast<float>(y) + 0.5f);
+}
+
 double Lens::Cosine(vec2 p) const {
   const glm::dvec2 offset = glm::dvec2(p) - centre;
   return 1 / std::sqrt(1 + k * glm::dot(offset, offset));
@@ -439,8 +443,7 @@ std::optional<Lens> FitLens(const Image1& depth, const Image1& distance) {
     const float d = distance(x, y);
     surfaces += IsSurface(z) ? 1 : 0;
     if (IsSurface(z) && IsSurface(d)) {
-      const vec2 p =
-          PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      const vec2 p = PixelPoint(depth, x, y);
       distances.push_back({p, static_cast<double>(z), static_cast<double>(d)});
     }
   });
@@ -533,8 +536,7 @@ const std::optional<View>& CameraFits::FieldOfView() {
 
 vec2 ImageMotion(const CameraMotion& camera, const Guides& guides, int x, int y, float image) {
   const int width = guides.depth.width();
-  const vec2 p = PicturePoint(width, guides.depth.height(), static_cast<float>(x) + 0.5f,
-                              static_cast<float>(y) + 0.5f);
+  const vec2 p = PixelPoint(guides.depth, x, y);
   const vec2 moved = camera.MotionOf(p, static_cast<double>(image), width);
   const vec2 own = {guides.motion[0](x, y), guides.motion[1](x, y)};
   const vec2 rest = own - camera.MotionOf(p, static_cast<double>(guides.depth(x, y)), width);

@@ -20,6 +20,8 @@ mat3 FitNormalMap(const Image3& normal, const Image3& mapped);
 
 /// Positions in the picture relative to its centre, 1 at its left and right side.
 vec2 PicturePoint(int width, int height, float x, float y);
+/// That of the centre of a pixel.
+vec2 PixelPoint(const Image1& plane, int x, int y);
 
 /// Distances along rays as a function of view-space z: (z - start) / cosine, where the cosine
 /// belongs to the angle between ray and viewing axis, 1 / sqrt(1 + k |p - centre|^2).

@@ -11,6 +11,7 @@
 #include "core/guides.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
+#include "io/seen_surfaces.h"
 
 namespace stillray::io {
 namespace {
@@ -115,8 +116,7 @@ class Surfaces {
         step_(std::max(guides.depth.width() / kStepsPerWidth, 1)) {}
 
   vec3 PointAt(int x, int y) const {
-    const vec2 p = PicturePoint(guides_.depth.width(), guides_.depth.height(),
-                                static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+    const vec2 p = PixelPoint(guides_.depth, x, y);
     return guides_.depth(x, y) * vec3(tangent_ * p.x, tangent_ * p.y, 1.0f);
   }
 
@@ -126,14 +126,6 @@ class Surfaces {
   }
 
  private:
-  bool IsSame(int x, int y, int u, int v) const {
-    const float a = guides_.depth(x, y);
-    const float b = guides_.depth(u, v);
-    return (guides_.id.empty() || guides_.id(x, y) == guides_.id(u, v)) &&
-           std::abs(a - b) < kSameDepth * a &&
-           dot(VectorAt(guides_.normal, x, y), VectorAt(guides_.normal, u, v)) > kSameCosine;
-  }
-
   SlopeSums Gather(int x, int y) const {
     const int width = guides_.depth.width();
     const int height = guides_.depth.height();
@@ -144,7 +136,7 @@ class Surfaces {
         const int u = x + i * step_;
         const int v = y + j * step_;
         const bool inside = u >= 0 && v >= 0 && u < width && v < height;
-        if (inside && IsSame(x, y, u, v)) {
+        if (inside && OnSameSurface(guides_, x, y, u, v, kSameDepth, kSameCosine)) {
           sums.Add(vec2(i, j), VectorAt(guides_.normal, u, v), PointAt(u, v) - centre);
         }
       }

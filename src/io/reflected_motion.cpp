@@ -51,9 +51,7 @@ ReflectedMotion::ReflectedMotion(const Guides& guides, const Lens& lens, const C
       last_eye_(LastEye(camera, lens)) {}
 
 vec3 ReflectedMotion::PointAt(int x, int y) const {
-  const vec2 p = PicturePoint(guides_.depth.width(), guides_.depth.height(),
-                              static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f) -
-                 vec2(lens_.centre);
+  const vec2 p = PixelPoint(guides_.depth, x, y) - vec2(lens_.centre);
   return guides_.depth(x, y) * vec3(tangent_ * p.x, tangent_ * p.y, 1.0f);
 }
 

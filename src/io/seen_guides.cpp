@@ -26,20 +26,15 @@ constexpr float kOtherDepth = 0.01f;
 /// Albedos below are those of the mirror's edge, or noise.
 constexpr float kLeastAlbedo = 0.02f;
 
-void Set(vec3 value, int x, int y, Image3* image) {
+void SetVector(vec3 value, int x, int y, Image3* image) {
   for (int c = 0; c < 3; ++c) {
     (*image)[c](x, y) = value[c];
   }
 }
 
-vec2 PointOf(const Image1& plane, int x, int y) {
-  return PicturePoint(plane.width(), plane.height(), static_cast<float>(x) + 0.5f,
-                      static_cast<float>(y) + 0.5f);
-}
-
 /// View-space z of what a pixel sees.
 double DepthOfSeen(const SeenLayers& layers, const Lens& lens, int x, int y) {
-  return lens.DepthOf(static_cast<double>(layers.depth(x, y)), PointOf(layers.depth, x, y));
+  return lens.DepthOf(static_cast<double>(layers.depth(x, y)), PixelPoint(layers.depth, x, y));
 }
 
 /// Depth and normal of what is seen, where it is not the surface itself.
@@ -61,7 +56,7 @@ Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, 
     const float length = glm::length(normal);
     if (depth > z * (1 + kOtherDepth) && std::isfinite(depth) && length > 0.5f && length < 2.0f) {
       seen.depth(x, y) = depth;
-      Set(normal / length, x, y, &seen.normal);
+      SetVector(normal / length, x, y, &seen.normal);
     }
   });
   return seen;
@@ -95,7 +90,7 @@ Image3 OwnNormals(const SeenLayers& layers, const Lens& lens, const Guides& g) {
   ForEachPixel(width, height, [&](int x, int y) {
     const double depth = DepthOfSeen(layers, lens, x, y);
     if (std::abs(depth / static_cast<double>(g.depth(x, y)) - 1) < kOtherDepth) {
-      Set(VectorAt(g.normal, x, y), x, y, &own);
+      SetVector(VectorAt(g.normal, x, y), x, y, &own);
     }
   });
   return own;
@@ -169,8 +164,8 @@ class Images {
   void Set(bool refracted, ivec2 from, vec3 albedo, vec2 motion, int x, int y) {
     VirtualGuides& to = refracted ? frame_.refraction : frame_.reflection;
     to.depth(x, y) = seen_.depth(from.x, from.y);
-    io::Set(SeenNormal(VectorAt(seen_.normal, from.x, from.y), albedo), x, y, &to.normal);
-    io::Set(albedo, x, y, &to.albedo);
+    SetVector(SeenNormal(VectorAt(seen_.normal, from.x, from.y), albedo), x, y, &to.normal);
+    SetVector(albedo, x, y, &to.albedo);
     to.motion[0](x, y) = motion.x;
     to.motion[1](x, y) = motion.y;
   }
@@ -199,7 +194,7 @@ Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, const SeenFit& fit, S
         kind.shows_image ? PlanarSource(*seen, patches, dropped(x, y) != 0, x, y) : ivec2(-1, -1);
     if (from.x >= 0) {
       const auto depth = static_cast<double>(seen->depth(from.x, from.y));
-      const vec2 motion = fit.camera.MotionOf(PointOf(g.depth, x, y), depth, frame->width);
+      const vec2 motion = fit.camera.MotionOf(PixelPoint(g.depth, x, y), depth, frame->width);
       images.Set(kind.refracted, from, images.AlbedoAt(kind.refracted, from.x, from.y), motion, x,
                  y);
     }

@@ -32,7 +32,8 @@ enum class NoSeenGuides : uint8_t {
 /// with the glass. Surfaces in which neighbours mostly see something else are rough: their layers
 /// are those of random directions. Albedo above 1 is that of a lamp.
 /// \param fits   to the frame's guides
-/// \param frame  needs depth, normal, motion and the albedos; light tells lobes and lamps apart
+/// \param frame  needs depth, normal, motion and the albedos; its light distinguishes lobes and
+/// lamps
 NoSeenGuides SetSeenGuides(const SeenLayers& seen, CameraFits* fits, Frame* frame);
 
 /// What SetSeenGuides would return.

@@ -10,14 +10,6 @@
 namespace stillray::io {
 namespace {
 
-bool OnSameObject(const Guides& g, int x, int y, int u, int v, float depth, float cosine) {
-  const float a = g.depth(x, y);
-  const float b = g.depth(u, v);
-  const bool same_id = g.id.empty() || g.id(x, y) == g.id(u, v);
-  return same_id && std::abs(a - b) < depth * a &&
-         dot(VectorAt(g.normal, x, y), VectorAt(g.normal, u, v)) > cosine;
-}
-
 float LightAt(const Frame& frame, SignalKind direct, SignalKind indirect, int x, int y) {
   float sum = 0;
   for (const Signal& signal : frame.signals) {
@@ -39,16 +31,24 @@ bool SeesSame(const Seen& seen, int x, int y, int u, int v) {
          dot(VectorAt(seen.normal, x, y), VectorAt(seen.normal, u, v)) > kSeenCosine;
 }
 
+bool OnSameSurface(const Guides& g, int x, int y, int u, int v, float depth, float cosine) {
+  const float a = g.depth(x, y);
+  const float b = g.depth(u, v);
+  const bool same_id = g.id.empty() || g.id(x, y) == g.id(u, v);
+  return same_id && std::abs(a - b) < depth * a &&
+         dot(VectorAt(g.normal, x, y), VectorAt(g.normal, u, v)) > cosine;
+}
+
 bool OnSamePlane(const Guides& g, int x, int y, int u, int v) {
   constexpr float kDepth = 0.02f;
   constexpr float kCosine = 0.9999f;  // normals have the precision of halves
-  return OnSameObject(g, x, y, u, v, kDepth, kCosine);
+  return OnSameSurface(g, x, y, u, v, kDepth, kCosine);
 }
 
 bool OnSameCurve(const Guides& g, int x, int y, int u, int v) {
   constexpr float kDepth = 0.1f;
   constexpr float kCosine = 0.5f;
-  return OnSameObject(g, x, y, u, v, kDepth, kCosine);
+  return OnSameSurface(g, x, y, u, v, kDepth, kCosine);
 }
 
 Patches::Patches(const Guides& g, const Image1& seen, SameSurface same)

@@ -39,7 +39,10 @@ inline constexpr float kSeenCosine = 0.9f;
 /// Whether two pixels see one surface.
 bool SeesSame(const Seen& seen, int x, int y, int u, int v);
 
-/// Whether two neighbours are on one surface, by its own guides.
+/// Whether two pixels are on one surface, by its own guides: the same id if there is any, depth
+/// that differs by less than `depth` of it, and a cosine of the normals above `cosine`.
+bool OnSameSurface(const Guides& guides, int x, int y, int u, int v, float depth, float cosine);
+
 using SameSurface = bool (*)(const Guides& guides, int x, int y, int u, int v);
 bool OnSamePlane(const Guides& guides, int x, int y, int u, int v);
 bool OnSameCurve(const Guides& guides, int x, int y, int u, int v);

@@ -9,7 +9,7 @@ const float kDifferenceScale = 8.0f;
 const float kSquareScale = kDifferenceScale * kDifferenceScale;
 
 // A pixel's squared difference and noise, in the unit of (kDifferenceScale light)^2. Large ones are
-// both reduced: only their ratio matters.
+// both reduced: their ratio stays, and ShareOfFiltered limits the pixels around them more.
 vec4 SampleSquares(float difference2, float noise) {
   vec2 squares = kSquareScale * vec2(difference2, noise);
   squares /= max(1.0f, max(squares.x, squares.y) / kMostLight);
