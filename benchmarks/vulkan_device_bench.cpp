@@ -123,7 +123,11 @@ Result<Images> MakeImages(const gpu::DeviceContext* context, const Frame& frame,
 class FrameLoop {
  public:
   FrameLoop(gpu::Device* device, const DeviceBenchOptions& options)
-      : device_(device), options_(options), copy_(&device->context()), times_(&device->context()) {}
+      : device_(device),
+        options_(options),
+        list_(&device->context()),
+        copy_(&device->context()),
+        times_(&device->context()) {}
 
   Status Create(DeviceBenchResult* result) {
     const DeviceBenchOptions& o = options_;
@@ -169,7 +173,8 @@ class FrameLoop {
       }
       pipeline_->MeasureStages(i == frames - 1);
       const FramePlan plan = MakePlan(options_.settings, facts_, pipeline_->progress());
-      STILLRAY_RETURN_IF_ERROR(pipeline_->Record(*commands, plan, facts_, inputs, nullptr));
+      STILLRAY_RETURN_IF_ERROR(pipeline_->Record(&list_, plan, facts_, inputs, nullptr));
+      list_.Record(*commands);
       ++facts_.index;
     }
     times_.End(*commands);
@@ -205,6 +210,7 @@ class FrameLoop {
  private:
   gpu::Device* device_;
   const DeviceBenchOptions& options_;
+  gpu::CommandList list_;
   std::unique_ptr<FramePipeline> pipeline_;
   Images images_;
   FrameFacts facts_;

@@ -17,6 +17,22 @@ extern "C" {
 
 typedef struct stillray_vulkan_denoiser stillray_vulkan_denoiser;
 
+/* A part of the renderer's device memory. This struct does not grow. */
+typedef struct stillray_vulkan_memory_block {
+  VkDeviceMemory memory;
+  VkDeviceSize offset; /* in bytes, a multiple of the requested alignment */
+  void* handle;        /* the allocator's own */
+} stillray_vulkan_memory_block;
+
+/* The renderer's allocator of device memory: see VulkanAllocator of stillray/vulkan.hpp. Both
+ * functions, or none: the denoiser then calls vkAllocateMemory. This struct does not grow. */
+typedef struct stillray_vulkan_allocator {
+  void* user;
+  VkResult (*allocate)(void* user, const VkMemoryRequirements* need,
+                       stillray_vulkan_memory_block* block);
+  void (*free)(void* user, const stillray_vulkan_memory_block* block);
+} stillray_vulkan_allocator;
+
 /* The renderer's device; all must outlive the denoiser. */
 typedef struct stillray_vulkan_context {
   size_t struct_size; /* sizeof(stillray_vulkan_context), by the INIT below */
@@ -24,11 +40,15 @@ typedef struct stillray_vulkan_context {
   VkPhysicalDevice physical_device;
   VkDevice device;
   PFN_vkGetInstanceProcAddr get_instance_proc_addr;
+  VkPipelineCache pipeline_cache; /* the renderer's, for the denoiser's pipelines; or none */
+  stillray_vulkan_allocator allocator;
 } stillray_vulkan_context;
 #define STILLRAY_VULKAN_CONTEXT_INIT                                                 \
   {                                                                                  \
     sizeof(stillray_vulkan_context), VK_NULL_HANDLE, VK_NULL_HANDLE, VK_NULL_HANDLE, \
-        (PFN_vkGetInstanceProcAddr)0                                                 \
+        (PFN_vkGetInstanceProcAddr)0, VK_NULL_HANDLE, {                              \
+      NULL, NULL, NULL                                                               \
+    }                                                                                \
   }
 
 typedef struct stillray_vulkan_options {
@@ -45,9 +65,15 @@ typedef struct stillray_vulkan_options {
   int32_t incomplete_guides;
   /* not 0: frames have virtual guides, by which reflected and transmitted light is denoised */
   int32_t virtual_guides;
+  /* 0: the views of frames are a few that come again, and live until forget_images. Above 0: they
+   * live for one frame, and so many frames may be unfinished: see VulkanOptions. */
+  int32_t frames_in_flight;
+  int32_t debug_labels; /* not 0: marks the stages by VK_EXT_debug_utils, which must be enabled */
+  /* A denoiser on the same device whose pipelines this one uses too; or NULL. */
+  const stillray_vulkan_denoiser* share_with;
 } stillray_vulkan_options;
 #define STILLRAY_VULKAN_OPTIONS_INIT \
-  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0 }
+  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL }
 
 /* Indices of the images in stillray_vulkan_frame. */
 typedef enum stillray_vulkan_slot {
@@ -146,9 +172,20 @@ STILLRAY_API stillray_error stillray_vulkan_set(stillray_vulkan_denoiser* denois
 STILLRAY_API stillray_error stillray_vulkan_reset(stillray_vulkan_denoiser* denoiser);
 /* Call this before views that were passed are destroyed. */
 STILLRAY_API stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser);
-/* Milliseconds of all stages of the last recorded frame, once the device has run it; negative
- * before that or without timestamps. */
+/* Milliseconds of all stages of the newest frame that the device has finished, among the last
+ * frames_in_flight (the last one alone if that is 0); negative before the first or without
+ * timestamps. */
 STILLRAY_API double stillray_vulkan_filter_ms(const stillray_vulkan_denoiser* denoiser);
+
+/* This struct does not grow. */
+typedef struct stillray_vulkan_stage_time {
+  char name[32]; /* of docs/denoiser.md; ends with 0 */
+  double milliseconds;
+} stillray_vulkan_stage_time;
+/* The same by stage, in the order of the pipeline. Writes at most `room` of them; `times` may be
+ * NULL if that is 0. Returns their number: 0 where filter_ms is negative. */
+STILLRAY_API size_t stillray_vulkan_stage_times(const stillray_vulkan_denoiser* denoiser,
+                                                stillray_vulkan_stage_time* times, size_t room);
 /* One line on the last call that failed: of this denoiser, or, if it is NULL, of this thread's
  * calls without one. */
 STILLRAY_API const char* stillray_vulkan_error_message(const stillray_vulkan_denoiser* denoiser);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The denoiser within a renderer's own Vulkan frame: on the renderer's device, images and command
-/// buffer. Recording submits nothing and waits for nothing, and allocates nothing once the frame's
-/// images recur. See docs/gpu.md.
+/// buffer. Recording submits nothing, waits for nothing, and allocates no memory of the device. See
+/// docs/gpu.md.
 ///
 /// The device must support, and have enabled, Vulkan 1.1 and the feature
 /// shaderStorageImageExtendedFormats. The queue must support compute.
@@ -20,12 +20,37 @@
 
 namespace stillray {
 
+class VulkanDenoiser;
+
+/// A part of the renderer's device memory.
+struct VulkanMemoryBlock {
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  VkDeviceSize offset = 0;  ///< in bytes, a multiple of the requested alignment
+  void* handle = nullptr;   ///< the allocator's own
+};
+
+/// The renderer's allocator of device memory. Without one, the denoiser calls vkAllocateMemory.
+struct VulkanAllocator {
+  void* user = nullptr;
+  /// Called by VulkanDenoiser::Create for each block of images and buffers. `need` has the bytes,
+  /// the alignment (bufferImageGranularity included), and one memory type, as a bit. The memory is
+  /// not mapped.
+  /// \return VK_SUCCESS, or what went wrong
+  VkResult (*allocate)(void* user, const VkMemoryRequirements* need,
+                       VulkanMemoryBlock* block) = nullptr;
+  /// Called by the denoiser's destructor, and by Create after a failure.
+  void (*free)(void* user, const VulkanMemoryBlock* block) = nullptr;
+};
+
 /// The renderer's device. All must outlive the denoiser.
 struct VulkanContext {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical_device = VK_NULL_HANDLE;
   VkDevice device = VK_NULL_HANDLE;
   PFN_vkGetInstanceProcAddr get_instance_proc_addr = nullptr;
+  /// The renderer's cache, in which pipelines are looked up and kept; optional.
+  VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
+  VulkanAllocator allocator = {};  ///< both functions, or none
 };
 
 struct VulkanOptions {
@@ -44,6 +69,17 @@ struct VulkanOptions {
   /// They are as long as the setting `virtual_roughness` is above 0 and `signals` keeps these
   /// lights apart (`split` or `diffuse_specular`).
   bool virtual_guides = false;
+  /// 0: the images of frames are a few that come again; descriptor sets are kept by their views, so
+  /// that views must live until ForgetImages. Above 0: every frame may have other views, which must
+  /// live until the device has finished the frame. Record then rewrites the sets of the frame that
+  /// was recorded this many frames ago, which the device must have finished. At most 64.
+  int frames_in_flight = 0;
+  /// Marks the stages in the command buffer, for debuggers. The instance must have
+  /// VK_EXT_debug_utils enabled.
+  bool debug_labels = false;
+  /// A denoiser on the same device whose pipelines this one uses too, so that they are compiled
+  /// once. Read by Create only; either may be destroyed first.
+  const VulkanDenoiser* share_with = nullptr;
 };
 
 /// A plain 2D image (VK_IMAGE_VIEW_TYPE_2D) of the denoiser's size; no view: not given. Usage:
@@ -130,7 +166,9 @@ class VulkanDenoiser {
   /// inserts the barriers between its frames and stages. After: the outputs are written by
   /// VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT, and keep their layout;
   /// inputs may be written again after VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT.
-  /// \return kInvalidArgument naming the missing image; nothing is recorded then
+  /// \return kInvalidArgument naming the missing image, kOutOfMemory for descriptor sets. Nothing
+  /// is
+  ///     recorded then, and the next frame continues as if this one had not been
   Status Record(VkCommandBuffer commands, const VulkanFrame& frame);
 
   /// Changes the settings from the next frame on; compiles shaders if needed.
@@ -141,13 +179,13 @@ class VulkanDenoiser {
   const Settings& settings() const;
   /// The next frame is a first frame.
   void Reset();
-  /// Call this before views that were passed are destroyed, and after the device has finished with
-  /// them.
+  /// Call this before views that were passed are destroyed, and after the device has finished all
+  /// recorded commands. Not necessary with VulkanOptions::frames_in_flight.
   Status ForgetImages();
 
   DeviceMemory memory() const;
-  /// Times of the last recorded frame, once the device has finished it; empty before that or
-  /// without `timestamps`.
+  /// Times of the newest frame that the device has finished, among the last `frames_in_flight` (the
+  /// last one alone if that is 0); empty before the first, or without `timestamps`.
   std::vector<StageTime> timings() const;
 
  private:

@@ -3,9 +3,11 @@
 
 #include "stillray/vulkan.h"
 
+#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -14,6 +16,7 @@
 
 struct stillray_vulkan_denoiser {
   mutable stillray::capi::Occupancy occupancy;
+  stillray_vulkan_allocator allocator = {};  // before the denoiser, which calls it
   std::optional<stillray::VulkanDenoiser> denoiser;
   std::string message;
 };
@@ -44,11 +47,34 @@ Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
   options.timestamps = o.timestamps != 0;
   options.incomplete_guides = o.incomplete_guides != 0;
   options.virtual_guides = o.virtual_guides != 0;
+  options.frames_in_flight = o.frames_in_flight;
+  options.debug_labels = o.debug_labels != 0;
+  options.share_with = o.share_with != nullptr ? &*o.share_with->denoiser : nullptr;
   return options;
 }
 
-VulkanContext ContextOf(const stillray_vulkan_context& c) {
-  return {c.instance, c.physical_device, c.device, c.get_instance_proc_addr};
+/// Calls the allocator in C. \param user  stillray_vulkan_allocator
+VkResult Allocate(void* user, const VkMemoryRequirements* need, VulkanMemoryBlock* block) {
+  const auto& allocator = *static_cast<const stillray_vulkan_allocator*>(user);
+  stillray_vulkan_memory_block in_c = {};
+  const VkResult result = allocator.allocate(allocator.user, need, &in_c);
+  *block = {in_c.memory, in_c.offset, in_c.handle};
+  return result;
+}
+void Free(void* user, const VulkanMemoryBlock* block) {
+  const auto& allocator = *static_cast<const stillray_vulkan_allocator*>(user);
+  const stillray_vulkan_memory_block in_c = {block->memory, block->offset, block->handle};
+  allocator.free(allocator.user, &in_c);
+}
+
+/// \param allocator  receives that of the context; must outlive what is made from the result
+VulkanContext ContextOf(const stillray_vulkan_context& c, stillray_vulkan_allocator* allocator) {
+  VulkanContext context = {c.instance, c.physical_device, c.device, c.get_instance_proc_addr,
+                           c.pipeline_cache};
+  *allocator = c.allocator;
+  context.allocator = {allocator, c.allocator.allocate != nullptr ? &Allocate : nullptr,
+                       c.allocator.free != nullptr ? &Free : nullptr};
+  return context;
 }
 
 VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
@@ -104,21 +130,33 @@ Status CheckSlots(const stillray_vulkan_frame& frame) {
   return Status::Ok();
 }
 
+/// Empty while another thread is at work on the denoiser.
+std::vector<StageTime> TimesOf(const stillray_vulkan_denoiser* denoiser) {
+  std::vector<StageTime> times;
+  if (denoiser != nullptr && denoiser->occupancy.Enter()) {
+    times = denoiser->denoiser->timings();
+    denoiser->occupancy.Leave();
+  }
+  return times;
+}
+
 template <typename Body>
 stillray_error WithDenoiser(stillray_vulkan_denoiser* denoiser, const Body& body) {
   return WithObject(denoiser, [&] { return body(&*denoiser->denoiser); });
 }
 
-/// Common to both functions that take options.
+/// Common to both functions that take options. \param allocator  receives that of the context; must
+///     outlive what is made from it
 Status Read(const stillray_vulkan_context* context, const stillray_vulkan_options* options,
-            VulkanContext* context_out, VulkanOptions* options_out) {
+            stillray_vulkan_allocator* allocator, VulkanContext* context_out,
+            VulkanOptions* options_out) {
   stillray_vulkan_context c;
   stillray_vulkan_options o;
   STILLRAY_RETURN_IF_ERROR(ReadStruct(context, "context", "stillray_vulkan_context", &c));
   STILLRAY_RETURN_IF_ERROR(ReadStruct(options, "options", "stillray_vulkan_options", &o));
   Result<VulkanOptions> understood = OptionsOf(o);
   STILLRAY_RETURN_IF_ERROR(understood.status());
-  *context_out = ContextOf(c);
+  *context_out = ContextOf(c, allocator);
   *options_out = std::move(understood.value());
   return Status::Ok();
 }
@@ -135,9 +173,10 @@ stillray_error stillray_vulkan_memory_need(const stillray_vulkan_context* contex
                                            const stillray_vulkan_options* options,
                                            stillray_vulkan_memory* need) {
   return Guard(&ThreadMessage(), [&]() -> Status {
+    stillray_vulkan_allocator allocator;
     VulkanContext c;
     VulkanOptions o;
-    STILLRAY_RETURN_IF_ERROR(Read(context, options, &c, &o));
+    STILLRAY_RETURN_IF_ERROR(Read(context, options, &allocator, &c, &o));
     STILLRAY_RETURN_IF_ERROR(CheckStruct(need, "need", "stillray_vulkan_memory"));
     const Result<DeviceMemory> memory = VulkanDenoiser::MemoryNeed(c, o);
     STILLRAY_RETURN_IF_ERROR(memory.status());
@@ -160,10 +199,10 @@ stillray_error stillray_vulkan_create(uint32_t abi_version, const stillray_vulka
     }
     VulkanContext c;
     VulkanOptions o;
-    STILLRAY_RETURN_IF_ERROR(Read(context, options, &c, &o));
+    auto handle = std::make_unique<stillray_vulkan_denoiser>();
+    STILLRAY_RETURN_IF_ERROR(Read(context, options, &handle->allocator, &c, &o));
     Result<VulkanDenoiser> made = VulkanDenoiser::Create(c, o);
     STILLRAY_RETURN_IF_ERROR(made.status());
-    auto handle = std::make_unique<stillray_vulkan_denoiser>();
     handle->denoiser.emplace(std::move(made.value()));
     *denoiser = handle.release();
     return Status::Ok();
@@ -207,16 +246,23 @@ stillray_error stillray_vulkan_forget_images(stillray_vulkan_denoiser* denoiser)
 }
 
 double stillray_vulkan_filter_ms(const stillray_vulkan_denoiser* denoiser) {
+  const std::vector<StageTime> times = TimesOf(denoiser);
   double sum = 0;
-  bool any = false;
-  if (denoiser != nullptr && denoiser->occupancy.Enter()) {
-    for (const StageTime& time : denoiser->denoiser->timings()) {
-      sum += time.milliseconds;
-      any = true;
-    }
-    denoiser->occupancy.Leave();
+  for (const StageTime& time : times) {
+    sum += time.milliseconds;
   }
-  return any ? sum : -1;
+  return times.empty() ? -1 : sum;
+}
+
+size_t stillray_vulkan_stage_times(const stillray_vulkan_denoiser* denoiser,
+                                   stillray_vulkan_stage_time* times, size_t room) {
+  const std::vector<StageTime> found = TimesOf(denoiser);
+  for (size_t i = 0; i < std::min(times != nullptr ? room : 0, found.size()); ++i) {
+    times[i] = {};
+    found[i].name.copy(times[i].name, sizeof(times[i].name) - 1);
+    times[i].milliseconds = found[i].milliseconds;
+  }
+  return found.size();
 }
 
 const char* stillray_vulkan_error_message(const stillray_vulkan_denoiser* denoiser) {

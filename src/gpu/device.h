@@ -4,6 +4,7 @@
 /// A Vulkan device: one created by stillray, or the caller's own.
 #pragma once
 
+#include <functional>
 #include <memory>
 
 #include "gpu/fair_mutex.h"
@@ -13,6 +14,19 @@
 namespace stillray::gpu {
 
 class SharedPipelines;
+
+/// Memory of a caller's allocator; see VulkanAllocator.
+struct OwnedMemory {
+  VkDeviceMemory memory = VK_NULL_HANDLE;
+  VkDeviceSize offset = 0;
+  void* handle = nullptr;
+};
+
+/// A caller's allocator, for memory that the host does not map.
+struct MemorySource {
+  std::function<VkResult(const VkMemoryRequirements&, OwnedMemory*)> allocate;
+  std::function<void(const OwnedMemory&)> free;
+};
 
 /// A logical device with its properties and functions. Owns nothing; made alike for a caller's
 /// device.
@@ -27,6 +41,7 @@ struct DeviceContext {
   MemorySharing sharing;
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   SharedPipelines* pipelines = nullptr;  ///< owned by Device or a denoiser
+  MemorySource memory_source;            ///< empty: vkAllocateMemory
   bool is_software = false;              ///< a driver that runs on the CPU
   /// Bits of a timestamp of the queue; higher ones are undefined. The caller's own: all.
   uint32_t timestamp_bits = 64;

@@ -123,6 +123,13 @@ Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
   return Status::Ok();
 }
 
+Status LoadLabelFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
+                          DeviceFunctions* functions) {
+  DeviceFunctions& f = *functions;
+  STILLRAY_VK_LABEL_FUNCTIONS(STILLRAY_VK_REQUIRE_)
+  return Status::Ok();
+}
+
 Status LoadStatisticsFunctions(PFN_vkGetDeviceProcAddr get, VkDevice handle,
                                DeviceFunctions* functions) {
   DeviceFunctions& f = *functions;

@@ -139,6 +139,11 @@ namespace stillray::gpu {
   X(GetPipelineExecutablePropertiesKHR)     \
   X(GetPipelineExecutableStatisticsKHR)
 
+/// Only there with VK_EXT_debug_utils (gpu/command_list.h).
+#define STILLRAY_VK_LABEL_FUNCTIONS(X) \
+  X(CmdBeginDebugUtilsLabelEXT)        \
+  X(CmdEndDebugUtilsLabelEXT)
+
 #define STILLRAY_VK_MEMBER_(name) PFN_vk##name name = nullptr;
 
 struct GlobalFunctions {
@@ -154,6 +159,7 @@ struct DeviceFunctions {
   STILLRAY_VK_RAY_TRACING_FUNCTIONS(STILLRAY_VK_MEMBER_)
   STILLRAY_VK_SHARING_FUNCTIONS(STILLRAY_VK_MEMBER_)
   STILLRAY_VK_STATISTICS_FUNCTIONS(STILLRAY_VK_MEMBER_)
+  STILLRAY_VK_LABEL_FUNCTIONS(STILLRAY_VK_MEMBER_)
 };
 
 #undef STILLRAY_VK_MEMBER_
@@ -176,6 +182,9 @@ Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
 /// Those for statistics of pipelines, likewise.
 Status LoadStatisticsFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                                DeviceFunctions* functions);
+
+/// Those for debuggers' labels, of an instance with the extension.
+Status LoadLabelFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device, DeviceFunctions* functions);
 
 /// Ok, or an error with a sentence: "allocating image memory: out of device memory".
 Status ToStatus(VkResult result, const char* action);

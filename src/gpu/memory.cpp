@@ -42,7 +42,11 @@ Arena::~Arena() {
     vk.DestroyBuffer(context_->device, buffer.buffer, nullptr);
   }
   for (const Block& block : blocks_) {
-    vk.FreeMemory(context_->device, block.memory, nullptr);
+    if (block.from_source) {
+      context_->memory_source.free(block.own);
+    } else {
+      vk.FreeMemory(context_->device, block.own.memory, nullptr);
+    }
   }
 }
 
@@ -157,8 +161,13 @@ std::vector<Arena::Block> Arena::Plan(std::vector<Resource>* resources) const {
       }
     }
     if (r.block == blocks.size()) {
-      blocks.push_back({type, 0, mapped, r.addressed, VK_NULL_HANDLE});
+      Block block;
+      block.type = type;
+      block.mapped = mapped;
+      block.addressed = r.addressed;
+      blocks.push_back(block);
     }
+    blocks[r.block].alignment = std::max(blocks[r.block].alignment, alignment);
     r.offset = AlignUp(blocks[r.block].size, alignment);
     blocks[r.block].size = r.offset + r.need.size;
   }
@@ -199,6 +208,27 @@ Status Arena::CheckHeaps() const {
   return Status::Ok();
 }
 
+Status Arena::AllocateBlock(Block* block) const {
+  constexpr const char* kAction = "allocating device memory";
+  if (context_->memory_source.allocate && !block->mapped && !block->addressed) {
+    const VkMemoryRequirements need = {block->size, block->alignment, 1u << block->type};
+    STILLRAY_RETURN_IF_ERROR(
+        ToStatus(context_->memory_source.allocate(need, &block->own), kAction));
+    block->from_source = true;
+    return Status::Ok();
+  }
+  VkMemoryAllocateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
+  info.allocationSize = block->size;
+  info.memoryTypeIndex = block->type;
+  VkMemoryAllocateFlagsInfo flags = {};
+  flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
+  flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
+  info.pNext = block->addressed ? &flags : nullptr;
+  return ToStatus(context_->vk.AllocateMemory(context_->device, &info, nullptr, &block->own.memory),
+                  kAction);
+}
+
 Status Arena::Allocate() {
   if (allocated_) {
     return Status::Internal("Vulkan: an arena was allocated twice");
@@ -207,17 +237,7 @@ Status Arena::Allocate() {
   blocks_ = Plan(&resources_);
   STILLRAY_RETURN_IF_ERROR(CheckHeaps());
   for (Block& block : blocks_) {
-    VkMemoryAllocateInfo info = {};
-    info.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_INFO;
-    info.allocationSize = block.size;
-    info.memoryTypeIndex = block.type;
-    VkMemoryAllocateFlagsInfo flags = {};
-    flags.sType = VK_STRUCTURE_TYPE_MEMORY_ALLOCATE_FLAGS_INFO;
-    flags.flags = VK_MEMORY_ALLOCATE_DEVICE_ADDRESS_BIT;
-    info.pNext = block.addressed ? &flags : nullptr;
-    STILLRAY_RETURN_IF_ERROR(
-        ToStatus(context_->vk.AllocateMemory(context_->device, &info, nullptr, &block.memory),
-                 "allocating device memory"));
+    STILLRAY_RETURN_IF_ERROR(AllocateBlock(&block));
   }
   CountBlocks(this, MemoryPlace::kDevice, Blocks());
   for (const Resource& resource : resources_) {
@@ -228,9 +248,10 @@ Status Arena::Allocate() {
       continue;
     }
     void* start = nullptr;
-    STILLRAY_RETURN_IF_ERROR(ToStatus(
-        context_->vk.MapMemory(context_->device, blocks_[i].memory, 0, VK_WHOLE_SIZE, 0, &start),
-        "mapping device memory"));
+    STILLRAY_RETURN_IF_ERROR(
+        ToStatus(context_->vk.MapMemory(context_->device, blocks_[i].own.memory, 0, VK_WHOLE_SIZE,
+                                        0, &start),
+                 "mapping device memory"));
     for (const Resource& r : resources_) {
       if (r.block == i && r.buffer != nullptr) {
         r.buffer->mapped = static_cast<char*>(start) + r.offset;
@@ -258,11 +279,12 @@ MemoryBlocks Arena::Blocks() const {
 }
 
 Status Arena::Bind(const Resource& r) {
-  const VkDeviceMemory memory = blocks_[r.block].memory;
+  const VkDeviceMemory memory = blocks_[r.block].own.memory;
+  const VkDeviceSize offset = blocks_[r.block].own.offset + r.offset;
   if (r.buffer != nullptr) {
-    STILLRAY_RETURN_IF_ERROR(ToStatus(
-        context_->vk.BindBufferMemory(context_->device, r.buffer->buffer, memory, r.offset),
-        "binding a buffer"));
+    STILLRAY_RETURN_IF_ERROR(
+        ToStatus(context_->vk.BindBufferMemory(context_->device, r.buffer->buffer, memory, offset),
+                 "binding a buffer"));
     if (r.addressed) {
       VkBufferDeviceAddressInfo info = {};
       info.sType = VK_STRUCTURE_TYPE_BUFFER_DEVICE_ADDRESS_INFO;
@@ -272,7 +294,7 @@ Status Arena::Bind(const Resource& r) {
     return Status::Ok();
   }
   STILLRAY_RETURN_IF_ERROR(
-      ToStatus(context_->vk.BindImageMemory(context_->device, r.image->image, memory, r.offset),
+      ToStatus(context_->vk.BindImageMemory(context_->device, r.image->image, memory, offset),
                "binding an image"));
   VkImageViewCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_VIEW_CREATE_INFO;
@@ -290,7 +312,7 @@ std::vector<VkMappedMemoryRange> Arena::MappedRanges() const {
     if (block.mapped) {
       VkMappedMemoryRange range = {};
       range.sType = VK_STRUCTURE_TYPE_MAPPED_MEMORY_RANGE;
-      range.memory = block.memory;
+      range.memory = block.own.memory;
       range.size = VK_WHOLE_SIZE;
       ranges.push_back(range);
     }

@@ -100,7 +100,9 @@ class Arena {
     VkDeviceSize size = 0;
     bool mapped = false;
     bool addressed = false;
-    VkDeviceMemory memory = VK_NULL_HANDLE;
+    VkDeviceSize alignment = 1;
+    OwnedMemory own;
+    bool from_source = false;  ///< of DeviceContext::memory_source
   };
 
   /// Places every resource; the same before and after Allocate.
@@ -110,6 +112,7 @@ class Arena {
   Result<const Image*> Add(VkFormat format, int width, int height, int layers,
                            VkImageUsageFlags usage, VkImageAspectFlags aspect);
   Status CheckHeaps() const;
+  Status AllocateBlock(Block* block) const;
   Status Bind(const Resource& resource);
   std::vector<VkMappedMemoryRange> MappedRanges() const;
 

@@ -3,6 +3,7 @@
 
 #include "gpu/pipeline.h"
 
+#include <algorithm>
 #include <string>
 #include <utility>
 
@@ -56,42 +57,90 @@ uint32_t StorageBuffersOf(const DeviceContext& context, const SetShape& shape) {
 }
 
 DescriptorSets::~DescriptorSets() {
-  if (pool_ != VK_NULL_HANDLE) {
-    context_->vk.DestroyDescriptorPool(context_->device, pool_, nullptr);
+  for (const VkDescriptorPool pool : pools_) {
+    context_->vk.DestroyDescriptorPool(context_->device, pool, nullptr);
   }
 }
 
 Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
+  most_ = most;
+  all_ = all;
+  entries_.reserve(most);
+  return AddPool();
+}
+
+Status DescriptorSets::AddPool() {
   std::vector<VkDescriptorPoolSize> sizes;
   for (const auto& [type, count] :
-       {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all.sampled},
-        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all.stored},
-        std::pair{UniformType(*context_), all.uniforms},
-        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all.buffers},
-        std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all.accelerations}}) {
+       {std::pair{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, all_.sampled},
+        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all_.stored},
+        std::pair{UniformType(*context_), all_.uniforms},
+        std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all_.buffers},
+        std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all_.accelerations}}) {
     if (count > 0) {
       sizes.push_back({type, count});
     }
   }
   VkDescriptorPoolCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
-  info.maxSets = most;
+  info.maxSets = most_;
   info.poolSizeCount = static_cast<uint32_t>(sizes.size());
   info.pPoolSizes = sizes.data();
-  most_ = most;
-  entries_.reserve(most);
-  return ToStatus(context_->vk.CreateDescriptorPool(context_->device, &info, nullptr, &pool_),
-                  "creating a descriptor pool");
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  STILLRAY_RETURN_IF_ERROR(
+      ToStatus(context_->vk.CreateDescriptorPool(context_->device, &info, nullptr, &pool),
+               "creating a descriptor pool"));
+  pools_.push_back(pool);
+  taken_ = 0;
+  return Status::Ok();
 }
 
 Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) const {
   return context_->pipelines->Layout(shape);
 }
 
+/// Keeps one pool.
 Status DescriptorSets::Clear() {
   entries_.clear();
-  return ToStatus(context_->vk.ResetDescriptorPool(context_->device, pool_, 0),
-                  "resetting a descriptor pool");
+  frames_.clear();
+  taken_ = 0;
+  while (pools_.size() > 1) {
+    context_->vk.DestroyDescriptorPool(context_->device, pools_.back(), nullptr);
+    pools_.pop_back();
+  }
+  return pools_.empty()
+             ? AddPool()
+             : ToStatus(context_->vk.ResetDescriptorPool(context_->device, pools_.front(), 0),
+                        "resetting a descriptor pool");
+}
+
+VkResult DescriptorSets::AllocateFromLast(VkDescriptorSetLayout layout,
+                                          VkDescriptorSet* set) const {
+  VkDescriptorSetAllocateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  info.descriptorPool = pools_.back();
+  info.descriptorSetCount = 1;
+  info.pSetLayouts = &layout;
+  return context_->vk.AllocateDescriptorSets(context_->device, &info, set);
+}
+
+Result<VkDescriptorSet> DescriptorSets::Allocate(const SetShape& shape) {
+  const Result<VkDescriptorSetLayout> layout = Layout(shape);
+  STILLRAY_RETURN_IF_ERROR(layout.status());
+  if (taken_ == most_) {
+    STILLRAY_RETURN_IF_ERROR(AddPool());
+  }
+  VkDescriptorSet set = VK_NULL_HANDLE;
+  VkResult result = AllocateFromLast(*layout, &set);
+  const bool exhausted =
+      result == VK_ERROR_OUT_OF_POOL_MEMORY || result == VK_ERROR_FRAGMENTED_POOL;
+  if (exhausted && taken_ > 0) {
+    STILLRAY_RETURN_IF_ERROR(AddPool());
+    result = AllocateFromLast(*layout, &set);
+  }
+  STILLRAY_RETURN_IF_ERROR(ToStatus(result, "allocating a descriptor set"));
+  ++taken_;
+  return set;
 }
 
 Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetContent& content) {
@@ -100,27 +149,37 @@ Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetCon
       return entry.set;
     }
   }
-  if (entries_.size() >= most_) {
-    return Status::InvalidArgument(
-        "Vulkan: more different images were given than there is room for; give the same ones "
-        "again, or have the old ones forgotten");
-  }
-  const Result<VkDescriptorSetLayout> layout = Layout(shape);
-  if (!layout.ok()) {
-    return layout.status();
-  }
-  VkDescriptorSetAllocateInfo info = {};
-  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
-  info.descriptorPool = pool_;
-  info.descriptorSetCount = 1;
-  info.pSetLayouts = &*layout;
-  VkDescriptorSet set = VK_NULL_HANDLE;
-  STILLRAY_RETURN_IF_ERROR(
-      ToStatus(context_->vk.AllocateDescriptorSets(context_->device, &info, &set),
-               "allocating a descriptor set"));
-  Write(shape, content, set);
-  entries_.push_back({shape, content, set});
+  const Result<VkDescriptorSet> set = Allocate(shape);
+  STILLRAY_RETURN_IF_ERROR(set.status());
+  Write(shape, content, *set);
+  entries_.push_back({shape, content, *set});
   return set;
+}
+
+void DescriptorSets::BeginFrame(size_t frame) {
+  if (frames_.size() <= frame) {
+    frames_.resize(frame + 1);
+  }
+  frame_ = frame;
+  for (FrameEntry& entry : frames_[frame]) {
+    entry.used = false;
+  }
+}
+
+Result<VkDescriptorSet> DescriptorSets::FindForFrame(const SetShape& shape,
+                                                     const SetContent& content) {
+  std::vector<FrameEntry>& own = frames_[frame_];
+  auto free = std::find_if(own.begin(), own.end(), [&](const FrameEntry& entry) {
+    return !entry.used && entry.shape == shape;
+  });
+  if (free == own.end()) {
+    const Result<VkDescriptorSet> set = Allocate(shape);
+    STILLRAY_RETURN_IF_ERROR(set.status());
+    free = own.insert(own.end(), {shape, *set, false});
+  }
+  free->used = true;
+  Write(shape, content, free->set);
+  return free->set;
 }
 
 Result<VkDescriptorSet> DescriptorSets::CreateSingle(const SetShape& shape,

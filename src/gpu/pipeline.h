@@ -41,8 +41,9 @@ struct SetContent {
   friend bool operator==(const SetContent&, const SetContent&) = default;
 };
 
-/// Descriptor sets of a fixed pool, cached by content: the same content is written once and reused,
-/// so that recording a frame allocates nothing once all sets exist.
+/// Descriptor sets, cached by content: the same content is written once and reused, so that
+/// recording a frame allocates nothing once all sets exist. Sets of content that lives for a frame
+/// only are written anew for each frame, in turn.
 class DescriptorSets {
  public:
   explicit DescriptorSets(const DeviceContext* context) : context_(context) {}
@@ -50,14 +51,20 @@ class DescriptorSets {
   DescriptorSets& operator=(const DescriptorSets&) = delete;
   ~DescriptorSets();
 
-  /// \param most  number of sets
-  /// \param all   number of descriptors of all sets together
+  /// Creates the first pool; more follow when it is exhausted.
+  /// \param most  number of sets of a pool
+  /// \param all   number of descriptors of all sets of a pool together
   Status CreatePool(uint32_t most, const SetShape& all);
   /// The device's own layout: all users of the device share it.
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape) const;
   /// Frees all sets; none may be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
+  /// Sets of FindForFrame belong to this frame from now on. \param frame  its place among those
+  ///     that may be unfinished; the device has finished the last one there
+  void BeginFrame(size_t frame);
+  /// A set for one use in the frame of BeginFrame.
+  Result<VkDescriptorSet> FindForFrame(const SetShape& shape, const SetContent& content);
   /// Creates the pool of a single set, and the set: of buffers alone.
   Result<VkDescriptorSet> CreateSingle(const SetShape& shape,
                                        std::span<const Buffer* const> buffers);
@@ -68,12 +75,24 @@ class DescriptorSets {
     SetContent content;
     VkDescriptorSet set;
   };
+  struct FrameEntry {
+    SetShape shape;
+    VkDescriptorSet set;
+    bool used;  ///< in the frame
+  };
+  Status AddPool();
+  Result<VkDescriptorSet> Allocate(const SetShape& shape);
+  VkResult AllocateFromLast(VkDescriptorSetLayout layout, VkDescriptorSet* set) const;
   void Write(const SetShape& shape, const SetContent& content, VkDescriptorSet set) const;
 
   const DeviceContext* context_;
-  VkDescriptorPool pool_ = VK_NULL_HANDLE;
-  size_t most_ = 0;
+  uint32_t most_ = 0;
+  SetShape all_;
+  std::vector<VkDescriptorPool> pools_;
+  uint32_t taken_ = 0;  ///< sets of the last pool
   std::vector<Entry> entries_;
+  std::vector<std::vector<FrameEntry>> frames_;
+  size_t frame_ = 0;
 };
 
 /// Creates the layout of descriptor sets, for all stages that use stillray's sets.

@@ -17,57 +17,77 @@ Timestamps::~Timestamps() {
   }
 }
 
-Status Timestamps::Create(uint32_t most_marks) {
+Status Timestamps::Create(uint32_t most_marks, uint32_t frames) {
   VkQueryPoolCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_QUERY_POOL_CREATE_INFO;
   info.queryType = VK_QUERY_TYPE_TIMESTAMP;
-  info.queryCount = most_marks;
+  info.queryCount = most_marks * frames;
   most_ = most_marks;
-  names_.reserve(most_marks);
+  names_.resize(frames);
+  for (Names& names : names_) {
+    names.reserve(most_marks);
+  }
   return ToStatus(context_->vk.CreateQueryPool(context_->device, &info, nullptr, &pool_),
                   "creating a query pool");
 }
 
-void Timestamps::Begin(VkCommandBuffer commands) {
-  names_.clear();
-  if (pool_ != VK_NULL_HANDLE) {
-    context_->vk.CmdResetQueryPool(commands, pool_, 0, most_);
+void Timestamps::Begin(VkCommandBuffer commands, uint32_t frame) {
+  if (pool_ == VK_NULL_HANDLE) {
+    return;
   }
+  frame_ = frame;
+  names_[frame_].clear();
+  context_->vk.CmdResetQueryPool(commands, pool_, frame * most_, most_);
 }
 
 void Timestamps::Mark(VkCommandBuffer commands, std::string_view name) {
-  if (pool_ == VK_NULL_HANDLE || names_.size() >= most_) {
+  if (pool_ == VK_NULL_HANDLE || names_[frame_].size() >= most_) {
     return;
   }
+  const auto first = static_cast<uint32_t>(frame_) * most_;
   context_->vk.CmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, pool_,
-                                 static_cast<uint32_t>(names_.size()));
-  names_.push_back(name);
+                                 first + static_cast<uint32_t>(names_[frame_].size()));
+  names_[frame_].push_back(name);
 }
 
 std::vector<DeviceTime> Timestamps::Read() const {
+  const size_t frames = names_.size();
+  for (size_t age = 0; age < frames; ++age) {
+    std::vector<DeviceTime> times = ReadFrame((frame_ + frames - age) % frames);
+    if (!times.empty()) {
+      return times;
+    }
+  }
+  return {};
+}
+
+/// Empty unless the device has finished the frame.
+std::vector<DeviceTime> Timestamps::ReadFrame(size_t frame) const {
+  const Names& names = names_[frame];
   std::vector<DeviceTime> times;
-  if (names_.size() < 2) {
+  if (names.size() < 2) {
     return times;
   }
-  std::vector<uint64_t> ticks(names_.size());
+  std::vector<uint64_t> ticks(names.size());
   const VkResult result = context_->vk.GetQueryPoolResults(
-      context_->device, pool_, 0, static_cast<uint32_t>(names_.size()),
-      ticks.size() * sizeof(uint64_t), ticks.data(), sizeof(uint64_t), VK_QUERY_RESULT_64_BIT);
+      context_->device, pool_, static_cast<uint32_t>(frame) * most_,
+      static_cast<uint32_t>(names.size()), ticks.size() * sizeof(uint64_t), ticks.data(),
+      sizeof(uint64_t), VK_QUERY_RESULT_64_BIT);
   if (result != VK_SUCCESS) {
     return times;
   }
   const double per_tick = static_cast<double>(context_->limits.timestampPeriod) * 1e-6;
-  for (size_t i = 0; i + 1 < names_.size(); ++i) {
-    if (names_[i].empty()) {
+  for (size_t i = 0; i + 1 < names.size(); ++i) {
+    if (names[i].empty()) {
       continue;
     }
     const double ms =
         static_cast<double>(TicksBetween(ticks[i], ticks[i + 1], context_->timestamp_bits)) *
         per_tick;
     const auto at = std::find_if(times.begin(), times.end(),
-                                 [&](const DeviceTime& t) { return t.name == names_[i]; });
+                                 [&](const DeviceTime& t) { return t.name == names[i]; });
     if (at == times.end()) {
-      times.push_back({names_[i], ms});
+      times.push_back({names[i], ms});
     } else {
       at->milliseconds += ms;
     }

@@ -22,7 +22,8 @@ struct DeviceTime {
 /// VkQueueFamilyProperties::timestampValidBits
 uint64_t TicksBetween(uint64_t begin, uint64_t end, uint32_t bits);
 
-/// Every Mark takes a time; the part between two marks has the name of the earlier one.
+/// Every Mark takes a time; the part between two marks has the name of the earlier one. Frames that
+/// the device has not finished keep their times while others are recorded.
 class Timestamps {
  public:
   explicit Timestamps(const DeviceContext* context) : context_(context) {}
@@ -30,22 +31,30 @@ class Timestamps {
   Timestamps& operator=(const Timestamps&) = delete;
   ~Timestamps();
 
-  Status Create(uint32_t most_marks);
-  /// Resets all marks; record it before the first one.
-  void Begin(VkCommandBuffer commands);
-  /// Begins a part. Marks beyond the maximum are not measured.
+  /// \param most_marks  of a frame
+  /// \param frames      that keep their times, at least 1
+  Status Create(uint32_t most_marks, uint32_t frames = 1);
+  /// Resets the marks of a frame; record it before its first one. \param frame  its place among
+  ///     `frames`, whose last frame the device has finished
+  void Begin(VkCommandBuffer commands, uint32_t frame = 0);
+  /// Begins a part of that frame. Marks beyond the maximum are not measured.
   void Mark(VkCommandBuffer commands, std::string_view name);
   /// Ends the last part.
   void End(VkCommandBuffer commands) { Mark(commands, {}); }
-  /// The sums of all parts with the same name, in the order of their first marks.
-  /// \return empty until the device has finished
+  /// Of the newest frame that the device has finished: the sums of all parts with the same name, in
+  /// the order of their first marks.
+  /// \return empty if there is none
   std::vector<DeviceTime> Read() const;
 
  private:
+  using Names = std::vector<std::string_view>;
+  std::vector<DeviceTime> ReadFrame(size_t frame) const;
+
   const DeviceContext* context_;
   VkQueryPool pool_ = VK_NULL_HANDLE;
   uint32_t most_ = 0;
-  std::vector<std::string_view> names_;
+  std::vector<Names> names_;  ///< by frame
+  size_t frame_ = 0;          ///< that of the last Begin
 };
 
 }  // namespace stillray::gpu

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "gpu/device_test.h"
+#include "gpu/embedded_frame.h"
 #include "gpu/mirror_frames.h"
 #include "gpu/put_on_device.h"
 #include "stillray/vulkan.hpp"
@@ -63,44 +64,12 @@ class EmbeddedLayers : public test::DeviceTest {
     ASSERT_TRUE(device_->Run().ok());
   }
 
-  /// The images of a frame that lies on the device; of those that may lack, those that `f` has.
   VulkanFrame FrameOf(const Frame& f, const Frame& on_device) const {
     const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, on_device);
-    const gpu::FrameImages& from = pixels.images();
-    const auto image = [](const gpu::Image* i, bool given = true) {
-      return given && i != nullptr ? VulkanImage{i->view, VK_IMAGE_LAYOUT_GENERAL} : VulkanImage();
-    };
-    VulkanFrame out;
-    out.index = f.index;
-    out.jitter_x = f.jitter_x;
-    out.jitter_y = f.jitter_y;
-    out.focal_pixels = f.focal_pixels;
-    out.samples_per_pixel = pixels.samples_per_pixel;
-    for (size_t k = 0; k < pixels.lights().size(); ++k) {
-      out.lights[k] = image(from.lights[k]);
-      out.second_moments[k] = image(from.second_moments[k]);
-    }
-    out.depth = image(from.depth);
-    out.normal = image(from.normal);
-    out.id = image(from.id, !f.guides.id.empty());
-    out.motion = image(from.motion);
-    out.albedo = image(from.albedo);
-    out.specular_albedo = image(from.specular_albedo);
-    out.transmission_albedo = image(from.transmission_albedo);
-    out.emission = image(from.emission, !f.emission.empty());
-    out.background = image(from.background, !f.background.empty());
-    out.samples = image(from.samples, !f.samples.empty());
-    out.roughness = image(from.roughness);
-    out.previous_normal = image(from.previous_normal, !f.guides.previous_normal.empty());
-    const auto seen = [&](const gpu::VirtualImages& images, const VirtualGuides& guides) {
-      const bool given = !guides.empty();
-      return VulkanVirtualGuides{image(images.depth, given), image(images.normal, given),
-                                 image(images.motion, given), image(images.id, !guides.id.empty()),
-                                 image(images.albedo, given)};
-    };
-    out.reflection = seen(from.reflection, f.reflection);
-    out.refraction = seen(from.refraction, f.refraction);
-    out.colour = image(colour_);
+    VulkanFrame out = test::EmbeddedFrame(f, pixels, [](const gpu::Image& image) {
+      return VulkanImage{image.view, VK_IMAGE_LAYOUT_GENERAL};
+    });
+    out.colour = {colour_->view, VK_IMAGE_LAYOUT_GENERAL};
     return out;
   }
 

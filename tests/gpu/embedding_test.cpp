@@ -4,7 +4,6 @@
 // The denoiser in a caller's own command buffers, in C++ and in C.
 #include <gmock/gmock.h>
 
-#include <atomic>
 #include <cstring>
 #include <string>
 
@@ -13,6 +12,7 @@
 #include "denoise/stages/tonemap.h"
 #include "gpu/device_test.h"
 #include "gpu/frame_run.h"
+#include "gpu/watched_device.h"
 #include "stillray/vulkan.h"
 #include "stillray/vulkan.hpp"
 
@@ -23,100 +23,20 @@ using test::Barrier;
 using test::MakeBusyFrame;
 using test::RunFrame;
 using test::Upload;
+using test::watched::barriers;
+using test::watched::dispatches;
+using test::watched::forbidden_calls;
+using test::watched::memory_calls;
 using ::testing::HasSubstr;
 
 constexpr int kWidth = 61;
 constexpr int kHeight = 37;
 
-/// Calls of the device that recording a frame must not make.
-std::atomic<int> forbidden_calls = 0;
-/// Calls of vkAllocateMemory.
-std::atomic<uint32_t> memory_calls = 0;
-/// Calls of vkCmdDispatch and vkCmdPipelineBarrier.
-std::atomic<int> dispatches = 0;
-std::atomic<int> barriers = 0;
-PFN_vkGetInstanceProcAddr real_get_instance = nullptr;
-PFN_vkGetDeviceProcAddr real_get_device = nullptr;
-PFN_vkAllocateMemory real_allocate = nullptr;
-PFN_vkQueueSubmit real_submit = nullptr;
-PFN_vkAllocateDescriptorSets real_sets = nullptr;
-PFN_vkWaitForFences real_wait = nullptr;
-PFN_vkCreateComputePipelines real_pipelines = nullptr;
-PFN_vkCmdDispatch real_dispatch = nullptr;
-PFN_vkCmdPipelineBarrier real_barrier = nullptr;
-
-VKAPI_ATTR VkResult VKAPI_CALL Allocate(VkDevice d, const VkMemoryAllocateInfo* i,
-                                        const VkAllocationCallbacks* a, VkDeviceMemory* m) {
-  ++forbidden_calls;
-  ++memory_calls;
-  return real_allocate(d, i, a, m);
-}
-VKAPI_ATTR VkResult VKAPI_CALL Submit(VkQueue q, uint32_t n, const VkSubmitInfo* s, VkFence f) {
-  ++forbidden_calls;
-  return real_submit(q, n, s, f);
-}
-VKAPI_ATTR VkResult VKAPI_CALL AllocateSets(VkDevice d, const VkDescriptorSetAllocateInfo* i,
-                                            VkDescriptorSet* s) {
-  ++forbidden_calls;
-  return real_sets(d, i, s);
-}
-VKAPI_ATTR VkResult VKAPI_CALL Wait(VkDevice d, uint32_t n, const VkFence* f, VkBool32 all,
-                                    uint64_t ns) {
-  ++forbidden_calls;
-  return real_wait(d, n, f, all, ns);
-}
-VKAPI_ATTR VkResult VKAPI_CALL CreatePipelines(VkDevice d, VkPipelineCache c, uint32_t n,
-                                               const VkComputePipelineCreateInfo* i,
-                                               const VkAllocationCallbacks* a, VkPipeline* p) {
-  ++forbidden_calls;
-  return real_pipelines(d, c, n, i, a, p);
-}
-
-VKAPI_ATTR void VKAPI_CALL Dispatch(VkCommandBuffer c, uint32_t x, uint32_t y, uint32_t z) {
-  ++dispatches;
-  real_dispatch(c, x, y, z);
-}
-VKAPI_ATTR void VKAPI_CALL CountBarrier(VkCommandBuffer c, VkPipelineStageFlags from,
-                                        VkPipelineStageFlags to, VkDependencyFlags flags,
-                                        uint32_t memory_count, const VkMemoryBarrier* memory,
-                                        uint32_t buffer_count, const VkBufferMemoryBarrier* buffers,
-                                        uint32_t image_count, const VkImageMemoryBarrier* images) {
-  ++barriers;
-  real_barrier(c, from, to, flags, memory_count, memory, buffer_count, buffers, image_count,
-               images);
-}
-
-template <typename Function>
-PFN_vkVoidFunction Replace(PFN_vkVoidFunction found, Function* real, Function own) {
-  *real = reinterpret_cast<Function>(found);
-  return reinterpret_cast<PFN_vkVoidFunction>(own);
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetDevice(VkDevice device, const char* name) {
-  const PFN_vkVoidFunction found = real_get_device(device, name);
-  const std::string text = name;
-  return text == "vkAllocateMemory"           ? Replace(found, &real_allocate, &Allocate)
-         : text == "vkQueueSubmit"            ? Replace(found, &real_submit, &Submit)
-         : text == "vkAllocateDescriptorSets" ? Replace(found, &real_sets, &AllocateSets)
-         : text == "vkWaitForFences"          ? Replace(found, &real_wait, &Wait)
-         : text == "vkCreateComputePipelines" ? Replace(found, &real_pipelines, &CreatePipelines)
-         : text == "vkCmdDispatch"            ? Replace(found, &real_dispatch, &Dispatch)
-         : text == "vkCmdPipelineBarrier"     ? Replace(found, &real_barrier, &CountBarrier)
-                                              : found;
-}
-
-VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL GetInstance(VkInstance instance, const char* name) {
-  const PFN_vkVoidFunction found = real_get_instance(instance, name);
-  return std::string(name) == "vkGetDeviceProcAddr" ? Replace(found, &real_get_device, &GetDevice)
-                                                    : found;
-}
-
 class Embedding : public test::DeviceTest {
  protected:
   VulkanContext context() {
-    real_get_instance = instance_->get_instance_proc_addr();
     return {instance_->handle(), device_->context().physical, device_->context().device,
-            &GetInstance};
+            test::watched::Watch(instance_->get_instance_proc_addr())};
   }
   VulkanOptions options(std::string_view preset) {
     VulkanOptions o;
@@ -275,8 +195,11 @@ TEST_F(Embedding, TakesConfidenceAndPreviousNormalsInCppAndInC) {
   Result<VulkanDenoiser> in_cpp = VulkanDenoiser::Create(context(), o);
   ASSERT_TRUE(in_cpp.ok()) << in_cpp.status().message();
   const VulkanContext given = context();
-  const stillray_vulkan_context c = {sizeof(c), given.instance, given.physical_device, given.device,
-                                     given.get_instance_proc_addr};
+  stillray_vulkan_context c = STILLRAY_VULKAN_CONTEXT_INIT;
+  c.instance = given.instance;
+  c.physical_device = given.physical_device;
+  c.device = given.device;
+  c.get_instance_proc_addr = given.get_instance_proc_addr;
   stillray_vulkan_options c_options = STILLRAY_VULKAN_OPTIONS_INIT;
   c_options.width = kWidth;
   c_options.height = kHeight;

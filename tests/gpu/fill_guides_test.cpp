@@ -146,8 +146,10 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
   test::RunFrame(device_.get(), upload_.get(), f, &colour, [&](VkCommandBuffer commands) {
     const FramePlan plan =
         MakePlan(PresetSettings("default").value(), facts, pipeline_->progress());
-    const Status recorded = pipeline_->Record(commands, plan, facts, upload_->inputs(), nullptr);
+    gpu::CommandList list(&device_->context());
+    const Status recorded = pipeline_->Record(&list, plan, facts, upload_->inputs(), nullptr);
     ASSERT_TRUE(recorded.ok()) << recorded.message();
+    list.Record(commands);
     const FillGuidesPass& fill_guides = *pipeline_->fill_guides();
     const FillGuidesPass::Held& h = fill_guides.held();
     images = {h.depth, h.normal, &fill_guides.motion(), h.id};

@@ -184,8 +184,10 @@ class LayerSplitTest : public test::DeviceTest {
     const gpu::FairLock lock = device_->Lock();
     const Result<VkCommandBuffer> commands = device_->Begin();
     ASSERT_TRUE(commands.ok());
-    const Status recorded = found->record(*commands);
+    gpu::CommandList list(&device_->context());
+    const Status recorded = found->record(&list);
     ASSERT_TRUE(recorded.ok()) << recorded.message();
+    list.Record(*commands);
     ASSERT_TRUE(device_->Run().ok());
   }
 

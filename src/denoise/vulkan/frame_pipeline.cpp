@@ -61,7 +61,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Passes of two frames: a set for each combination of swapped images.
+/// Of a pool: for passes of two frames, a set for each combination of swapped images.
 constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
@@ -185,6 +185,7 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   std::unique_ptr<FramePipeline> made(new FramePipeline(context));
   made->transmission_ = o.transmission;
   made->timed_ = o.timed;
+  made->in_flight_ = o.in_flight;
   made->groups_ = GroupsOf(o.settings.signals, o.transmission);
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
@@ -200,7 +201,7 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
   STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kMostSets, kMostDescriptors));
   if (o.timed) {
-    STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks));
+    STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks, std::max(o.in_flight, 1u)));
   }
   made->pipelines_ = std::make_unique<Pipelines>(context, o.storage, made->shape_.octahedral,
                                                  made->shape_.signals, &made->sets_);
@@ -325,18 +326,20 @@ void FramePipeline::PrepareImages(VkCommandBuffer commands) {
 
 void FramePipeline::UploadParameters(PassRecorder* recorder, const FrameParameters& parameters) {
   recorder->Barrier();  // the previous frame may still read them
-  context_->vk.CmdUpdateBuffer(recorder->commands(), images_.parameters->buffer, 0,
-                               sizeof(parameters), &parameters);
+  recorder->commands()->Update(images_.parameters->buffer, 0,
+                               std::as_bytes(std::span(&parameters, 1)));
   static_assert(offsetof(FrameState, bad_guides) ==
                 offsetof(FrameState, non_finite) + 2 * sizeof(uint32_t));
-  context_->vk.CmdFillBuffer(recorder->commands(), images_.state->buffer,
-                             offsetof(FrameState, non_finite), 3 * sizeof(uint32_t), 0);
+  recorder->commands()->Fill(images_.state->buffer, offsetof(FrameState, non_finite),
+                             3 * sizeof(uint32_t), 0);
 }
 
 void FramePipeline::Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image) {
   if (observer_ != nullptr && observer_->Wants(name)) {
     recorder->Barrier();
-    observer_->Keep(recorder->commands(), name, *image);
+    recorder->commands()->Call([observer = observer_, name, image](VkCommandBuffer commands) {
+      observer->Keep(commands, name, *image);
+    });
   }
 }
 
@@ -659,10 +662,7 @@ void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
 /// All passes before accumulation.
 void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                                const FrameInputs& inputs, PassRecorder* recorder) {
-  if (Times() != nullptr) {
-    times_.Begin(recorder->commands());
-  }
-  PrepareImages(recorder->commands());
+  recorder->commands()->Call([this](VkCommandBuffer commands) { PrepareImages(commands); });
   std::swap(images_.guides, images_.previous_guides);
   FrameParameters parameters = MakeParameters(plan, facts, shape_);
   parameters.colour_is_half = inputs.colour_is_half ? 1 : 0;
@@ -687,10 +687,41 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   }
 }
 
-Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FramePlan& plan,
+PassRecorder FramePipeline::BeginPasses(gpu::CommandList* commands) {
+  const uint32_t place = in_flight_ > 0 ? frames_ % in_flight_ : 0;
+  if (in_flight_ > 0) {
+    sets_.BeginFrame(place);
+  }
+  if (Times() != nullptr) {
+    commands->BeginTimes(&times_, place);
+  }
+  return {pipelines_.get(), &sets_, Times(), in_flight_, commands};
+}
+
+void FramePipeline::EndPasses(const FramePlan& plan, PassRecorder* recorder) {
+  recorder->EndParts();
+  progress_ = plan.after;
+  ++frames_;
+}
+
+FramePipeline::Checkpoint FramePipeline::checkpoint() const {
+  return {images_, progress_,
+          fill_guides_ != nullptr ? fill_guides_->progress() : FillGuidesPass::Progress(), frames_};
+}
+
+void FramePipeline::GoBackTo(const Checkpoint& checkpoint) {
+  images_ = checkpoint.images;
+  progress_ = checkpoint.progress;
+  if (fill_guides_ != nullptr) {
+    fill_guides_->GoBackTo(checkpoint.filling);
+  }
+  frames_ = checkpoint.frames;
+}
+
+Status FramePipeline::RecordBackward(gpu::CommandList* commands, const FramePlan& plan,
                                      const FrameFacts& facts, const FrameInputs& inputs,
                                      const FutureImages& future) {
-  PassRecorder recorder(context_, pipelines_.get(), &sets_, Times(), commands);
+  PassRecorder recorder = BeginPasses(commands);
   BeginFrame(plan, facts, inputs, &recorder);
   if (plan.runs.reproject) {
     const int32_t push = plan.runs.limit_history ? 1 : 0;
@@ -699,16 +730,15 @@ Status FramePipeline::RecordBackward(VkCommandBuffer commands, const FramePlan& 
                  {f.colour, f.moments, images_.wavelet[1], future.light, future.moments}, push);
   }
   Accumulate(plan, &recorder);
-  recorder.EndTimes();
-  progress_ = plan.after;
+  EndPasses(plan, &recorder);
   return recorder.status();
 }
 
-Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
+Status FramePipeline::Record(gpu::CommandList* commands, const FramePlan& plan,
                              const FrameFacts& facts, const FrameInputs& inputs,
                              FrameObserver* observer, const FutureImages* future) {
   observer_ = observer;
-  PassRecorder recorder(context_, pipelines_.get(), &sets_, Times(), commands);
+  PassRecorder recorder = BeginPasses(commands);
   BeginFrame(plan, facts, inputs, &recorder);
   Accumulate(plan, &recorder);
   known_ = images_.history;
@@ -736,8 +766,7 @@ Status FramePipeline::Record(VkCommandBuffer commands, const FramePlan& plan,
   if (plan.runs.tonemap) {
     recorder.Run(Shader::kTonemap, grid_, {images_.shown});
   }
-  recorder.EndTimes();
-  progress_ = plan.after;
+  EndPasses(plan, &recorder);
   observer_ = nullptr;
   return recorder.status();
 }

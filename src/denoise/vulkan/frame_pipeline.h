@@ -45,6 +45,9 @@ struct PipelineOptions {
   Storage storage = Storage::kHalf;
   bool timed = true;          ///< the queue supports timestamps, and they are requested
   bool fills_guides = false;  ///< frames may have unknown guides, with any of the images
+  /// Frames whose inputs are of one frame only, and that the device may not have finished; 0: the
+  /// same inputs come again.
+  uint32_t in_flight = 0;
 };
 
 class FramePipeline {
@@ -60,20 +63,32 @@ class FramePipeline {
   /// all recorded commands.
   Status PrepareFilling(const FrameFacts& facts);
 
-  /// Records one frame, which may have unknown guides only after PrepareFilling, or with
-  /// `fills_guides`. Allocates nothing once inputs and history recur.
+  /// Adds the commands of one frame, which may have unknown guides only after PrepareFilling, or
+  /// with `fills_guides`. Allocates nothing once inputs and history recur. After an error, or if
+  /// the caller does not record the commands, the caller clears the list, and goes back to the
+  /// progress before.
   /// \param plan      made from progress()
   /// \param observer  or nullptr
   /// \param future    light of this frame's future if the plan merges it: it is part of the
   ///     wavelet's input, but not of the history
-  Status Record(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
+  Status Record(gpu::CommandList* commands, const FramePlan& plan, const FrameFacts& facts,
                 const FrameInputs& inputs, FrameObserver* observer,
                 const FutureImages* future = nullptr);
-  /// Records a frame of a sequence that is played backward: its light is accumulated, and no
+  /// Likewise for a frame of a sequence that is played backward: its light is accumulated, and no
   /// picture is made. Compiles a shader the first time.
   /// \param future  receives the light of this frame's future; unchanged without history
-  Status RecordBackward(VkCommandBuffer commands, const FramePlan& plan, const FrameFacts& facts,
+  Status RecordBackward(gpu::CommandList* commands, const FramePlan& plan, const FrameFacts& facts,
                         const FrameInputs& inputs, const FutureImages& future);
+
+  /// All that a recorded frame changes.
+  struct Checkpoint {
+    FrameImages images;
+    SequenceProgress progress;
+    FillGuidesPass::Progress filling;
+    uint32_t frames = 0;
+  };
+  Checkpoint checkpoint() const;
+  void GoBackTo(const Checkpoint& checkpoint);
 
   /// Whether the settings use the same images.
   bool Fits(const Settings& settings, int width, int height, bool transmission) const;
@@ -88,7 +103,7 @@ class FramePipeline {
   /// Whether the next frames measure the times of their stages, if the pipeline is `timed`: the
   /// device may finish each stage before it takes the time.
   void MeasureStages(bool measures) { measures_ = measures; }
-  /// Of the last frame that measured them, after the device has finished it.
+  /// Of the newest frame that measured them and that the device has finished.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
   std::span<const SignalGroup> groups() const { return groups_; }
@@ -111,6 +126,8 @@ class FramePipeline {
   static FillGuidesPass::Options FillGuidesOptions(const PipelineOptions& options);
   Status MakePipelines(const Settings& settings);
   Status MakeFillGuidesPass(const FillGuidesPass::Options& options);
+  PassRecorder BeginPasses(gpu::CommandList* commands);
+  void EndPasses(const FramePlan& plan, PassRecorder* recorder);
   void UploadParameters(PassRecorder* recorder, const FrameParameters& parameters);
   void UseInputs(const FramePlan& plan, const FrameFacts& facts, const FrameInputs& inputs,
                  FrameParameters* parameters, PassRecorder* recorder);
@@ -166,6 +183,8 @@ class FramePipeline {
   FrameImages images_;
   std::unique_ptr<FillGuidesPass> fill_guides_;
   SequenceProgress progress_;
+  uint32_t in_flight_ = 0;
+  uint32_t frames_ = 0;  ///< recorded
   bool prepared_ = false;
 
   // The frame in progress.

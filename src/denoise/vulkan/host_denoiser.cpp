@@ -28,7 +28,11 @@ namespace {
 class HostDenoiser : public DenoiserBackend {
  public:
   HostDenoiser(std::shared_ptr<gpu::Device> device, const Settings& settings, Storage storage)
-      : device_(std::move(device)), settings_(settings), storage_(storage), pictures_(device_) {}
+      : device_(std::move(device)),
+        settings_(settings),
+        storage_(storage),
+        pictures_(device_),
+        passes_(&device_->context()) {}
 
   Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                  DenoisedFrame* out) override;
@@ -60,7 +64,9 @@ class HostDenoiser : public DenoiserBackend {
   Status PrepareDownload(const Frame& frame);
   void ChooseResults(const Frame& frame);
   Status MakeStateBuffer();
-  Status RecordInputs(VkCommandBuffer commands);
+  Status AddPart();
+  Status RecordPasses(VkCommandBuffer commands, const FramePipeline::Checkpoint& before,
+                      const Status& added);
   Status Run(const FramePlan& plan, const FrameFacts& facts);
   Status RunBackward(const FramePlan& plan, const FrameFacts& facts);
   Status ReadResults(const Frame& frame, const FramePlan& plan, DenoisedFrame* out);
@@ -87,6 +93,7 @@ class HostDenoiser : public DenoiserBackend {
   Frame from_elsewhere_;                    ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
   std::vector<double> row_sums_;
+  gpu::CommandList passes_;
 };
 
 /// Makes a frame available to the device.
@@ -245,12 +252,21 @@ Status HostDenoiser::MakeStateBuffer() {
   return Status::Ok();
 }
 
-/// Records what writes the frame's images.
-Status HostDenoiser::RecordInputs(VkCommandBuffer commands) {
-  if (upload_ != nullptr) {
-    upload_->Record(commands);
+/// Adds what writes the images of a part of a frame.
+Status HostDenoiser::AddPart() {
+  return part_ != nullptr ? part_->record(&passes_) : Status::Ok();
+}
+
+/// Records the passes if all of them were added; else the sequence stays as it was.
+Status HostDenoiser::RecordPasses(VkCommandBuffer commands, const FramePipeline::Checkpoint& before,
+                                  const Status& added) {
+  if (!added.ok()) {
+    passes_.Clear();
+    pipeline_->GoBackTo(before);
+    return added;
   }
-  return part_ != nullptr ? part_->record(commands) : Status::Ok();
+  passes_.Record(commands);
+  return Status::Ok();
 }
 
 Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
@@ -259,7 +275,9 @@ Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   const Result<VkCommandBuffer> begun = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(begun.status());
   const VkCommandBuffer commands = *begun;
-  STILLRAY_RETURN_IF_ERROR(RecordInputs(commands));
+  if (upload_ != nullptr) {
+    upload_->Record(commands);
+  }
   if (plan.runs.merge_future) {
     future_->Prepare(commands);
     future_->RecordUpload(commands);
@@ -269,7 +287,12 @@ Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   download_->ShowTo(&images);
   reader_->BeginFrame();
   const FutureImages* future = plan.runs.merge_future ? &future_->images() : nullptr;
-  STILLRAY_RETURN_IF_ERROR(pipeline_->Record(commands, plan, facts, images, reader_.get(), future));
+  const FramePipeline::Checkpoint before = pipeline_->checkpoint();
+  Status added = AddPart();
+  if (added.ok()) {
+    added = pipeline_->Record(&passes_, plan, facts, images, reader_.get(), future);
+  }
+  STILLRAY_RETURN_IF_ERROR(RecordPasses(commands, before, added));
   const auto barrier = [&](VkPipelineStageFlags from, VkAccessFlags written,
                            VkPipelineStageFlags to, VkAccessFlags read) {
     VkMemoryBarrier memory = {};
@@ -297,10 +320,16 @@ Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts)
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
-  STILLRAY_RETURN_IF_ERROR(RecordInputs(*commands));
+  if (upload_ != nullptr) {
+    upload_->Record(*commands);
+  }
   future_->Prepare(*commands);
-  STILLRAY_RETURN_IF_ERROR(
-      pipeline_->RecordBackward(*commands, plan, facts, inputs_, future_->images()));
+  const FramePipeline::Checkpoint before = pipeline_->checkpoint();
+  Status added = AddPart();
+  if (added.ok()) {
+    added = pipeline_->RecordBackward(&passes_, plan, facts, inputs_, future_->images());
+  }
+  STILLRAY_RETURN_IF_ERROR(RecordPasses(*commands, before, added));
   future_->RecordDownload(*commands);
   return device_->Run();
 }

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/vulkan/layer_passes.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "denoise/vulkan/device_inputs.h"
@@ -79,11 +80,13 @@ PassInfo InfoOf(size_t pass) {
 }
 
 constexpr uint32_t kMostMarks = 4;
+/// Frames with different images for which the first pool of sets has room.
+constexpr uint32_t kFramesOfAPool = 4;
 constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
+constexpr VkAccessFlags kReadAndWrite = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
 
-void WaitForWrites(const gpu::DeviceContext& context, VkCommandBuffer commands) {
-  gpu::MemoryBarrier(context, commands, kCompute, VK_ACCESS_SHADER_WRITE_BIT, kCompute,
-                     VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
+void WaitForWrites(gpu::CommandList* commands) {
+  commands->Barrier(kCompute, VK_ACCESS_SHADER_WRITE_BIT, kCompute, kReadAndWrite);
 }
 
 template <typename Push>
@@ -136,17 +139,17 @@ Result<gpu::MemoryUse> LayerPasses::Need(const gpu::DeviceContext* context,
 
 Result<std::unique_ptr<LayerPasses>> LayerPasses::Create(const gpu::DeviceContext* context,
                                                          GuideSource source, bool timed,
-                                                         uint32_t most_frames) {
-  std::unique_ptr<LayerPasses> made(new LayerPasses(context, source, timed));
+                                                         uint32_t in_flight) {
+  std::unique_ptr<LayerPasses> made(new LayerPasses(context, source, timed, in_flight));
   gpu::SetShape all = {0, 0, 0, 0};
   for (size_t pass = 0; pass < kPassCount; ++pass) {
-    all.sampled += InfoOf(pass).reads * most_frames;
-    all.stored += InfoOf(pass).writes * most_frames;
+    all.sampled += InfoOf(pass).reads * kFramesOfAPool;
+    all.stored += InfoOf(pass).writes * kFramesOfAPool;
   }
-  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kPassCount * most_frames, all));
+  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kPassCount * kFramesOfAPool, all));
   if (timed) {
-    STILLRAY_RETURN_IF_ERROR(made->layer_times_.Create(kMostMarks));
-    STILLRAY_RETURN_IF_ERROR(made->rest_times_.Create(kMostMarks));
+    STILLRAY_RETURN_IF_ERROR(made->layer_times_.Create(kMostMarks, std::max(in_flight, 1u)));
+    STILLRAY_RETURN_IF_ERROR(made->rest_times_.Create(kMostMarks, std::max(in_flight, 1u)));
   }
   STILLRAY_RETURN_IF_ERROR(made->MakePipelines());
   return made;
@@ -178,23 +181,20 @@ Status LayerPasses::Prepare(const LayerShape& shape) {
   return Status::Ok();
 }
 
-void LayerPasses::Begin(VkCommandBuffer commands, Pass pass, gpu::Timestamps* times) {
+void LayerPasses::Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times) {
   if (timed_) {
-    times->Begin(commands);
-    times->Mark(commands, InfoOf(pass).stage);
+    commands->BeginTimes(times, Place());
   }
+  commands->BeginPart(InfoOf(pass).stage, timed_ ? times : nullptr);
 }
 
-void LayerPasses::End(VkCommandBuffer commands, gpu::Timestamps* times) {
-  if (timed_) {
-    times->End(commands);
-  }
+void LayerPasses::End(gpu::CommandList* commands, gpu::Timestamps* times) {
+  commands->BeginPart({}, timed_ ? times : nullptr);
 }
 
 /// One thread for each pixel. \param images  those that the shader reads, then those that it writes
-Status LayerPasses::Run(VkCommandBuffer commands, Pass pass, std::span<const ImageRef> images,
+Status LayerPasses::Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
                         std::span<const std::byte> push) {
-  const gpu::DeviceFunctions& vk = context_->vk;
   const PassInfo info = InfoOf(pass);
   const gpu::Pipeline& pipeline = *pipelines_[pass];
   gpu::SetContent content;
@@ -202,32 +202,34 @@ Status LayerPasses::Run(VkCommandBuffer commands, Pass pass, std::span<const Ima
     content.images.push_back(image.view);
     content.layouts.push_back(image.layout);
   }
-  const Result<VkDescriptorSet> set = sets_.Find({info.reads, info.writes, 0, 0}, content);
+  const gpu::SetShape shape = {info.reads, info.writes, 0, 0};
+  const Result<VkDescriptorSet> set =
+      in_flight_ > 0 ? sets_.FindForFrame(shape, content) : sets_.Find(shape, content);
   STILLRAY_RETURN_IF_ERROR(set.status());
-  vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.handle());
-  vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline.layout(), 0, 1, &*set,
-                           0, nullptr);
-  if (!push.empty()) {
-    vk.CmdPushConstants(commands, pipeline.layout(), VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                        info.push_bytes, push.data());
-  }
   const Groups groups = GroupsFor(shape_.width, shape_.height);
-  vk.CmdDispatch(commands, groups.x, groups.y, 1);
+  commands->Dispatch({pipeline.handle(), pipeline.layout(), {*set}, 1, groups.x, groups.y}, push);
   return Status::Ok();
 }
 
-Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& facts,
+/// Sets the layout of the images before the first frame.
+void LayerPasses::PrepareImages(VkCommandBuffer commands) {
+  LayerImages& images = *images_;
+  if (!images.used) {
+    images.used = true;
+    images.arena.RecordFirstUse(commands, kCompute, kReadAndWrite);
+  }
+}
+
+Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& facts,
                                 const FrameInputs& from, const VirtualInputs& seen,
                                 const SelectGuidesParameters& select) {
-  LayerImages& to = *images_;
-  if (!to.used) {
-    to.used = true;
-    to.arena.RecordFirstUse(commands, kCompute,
-                            VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
-  } else {
-    // The passes of the last frame may still read what these write.
-    WaitForWrites(*context_, commands);
+  const LayerImages& to = *images_;
+  ++frames_;
+  if (in_flight_ > 0) {
+    sets_.BeginFrame(Place());
   }
+  commands->Call([this](VkCommandBuffer into) { PrepareImages(into); });
+  WaitForWrites(commands);  // the passes of the last frame may still read what these write
   const bool has_previous = HasPreviousNormals(facts);
   // The shader needs images of the right format in place of those that are not given.
   const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
@@ -261,7 +263,7 @@ Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& fact
       has_other ? 1 : 0,        has_previous ? 1 : 0, facts.has_id ? 1 : 0};
   Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
-  WaitForWrites(*context_, commands);
+  WaitForWrites(commands);
   if (RescalesMoments(facts)) {
     const ImageRef moments[] = {from.lights[lights.direct],
                                 from.lights[lights.indirect],
@@ -272,13 +274,13 @@ Status LayerPasses::RecordLayer(VkCommandBuffer commands, const FrameFacts& fact
                                 RefTo(to.direct_moment),
                                 RefTo(to.indirect_moment)};
     STILLRAY_RETURN_IF_ERROR(Run(commands, kRescaleMoments, moments, {}));
-    WaitForWrites(*context_, commands);
+    WaitForWrites(commands);
   }
   End(commands, &layer_times_);
   return Status::Ok();
 }
 
-Status LayerPasses::RecordRest(VkCommandBuffer commands, const FrameFacts& facts,
+Status LayerPasses::RecordRest(gpu::CommandList* commands, const FrameFacts& facts,
                                const FrameInputs& from, const ImageRef& picture) {
   const LayerImages& own = *images_;
   const ImageRef images[] = {from.depth,
@@ -291,10 +293,10 @@ Status LayerPasses::RecordRest(VkCommandBuffer commands, const FrameFacts& facts
                              RefTo(own.picture_motion),
                              RefTo(own.emission)};
   const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0};
-  WaitForWrites(*context_, commands);  // of the layer's picture
+  WaitForWrites(commands);  // of the layer's picture
   Begin(commands, kAddLayer, &rest_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kAddLayer, images, BytesOf(push)));
-  WaitForWrites(*context_, commands);
+  WaitForWrites(commands);
   End(commands, &rest_times_);
   return Status::Ok();
 }

@@ -70,10 +70,10 @@ class LayerPasses {
   /// \param source       of the layer's guides: kReflection or kRefraction
   /// \param context      must outlive this
   /// \param timed        the queue supports timestamps, and they are requested
-  /// \param most_frames  whose images are different, until ForgetInputs
+  /// \param in_flight    as PipelineOptions::in_flight
   static Result<std::unique_ptr<LayerPasses>> Create(const gpu::DeviceContext* context,
                                                      GuideSource source, bool timed,
-                                                     uint32_t most_frames);
+                                                     uint32_t in_flight);
   LayerPasses(const LayerPasses&) = delete;
   LayerPasses& operator=(const LayerPasses&) = delete;
 
@@ -82,12 +82,13 @@ class LayerPasses {
   /// Forgets the images of frames; none may be in use by the device.
   Status ForgetInputs() { return sets_.Clear(); }
 
-  /// Writes the layer's guides. All images of `seen` are given, and the frame's motion, roughness,
-  /// albedo, and the albedo that divides the layer's light.
-  Status RecordLayer(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
+  /// Adds the pass that writes the layer's guides, as FramePipeline::Record. All images of `seen`
+  /// are given, and the frame's motion, roughness, albedo, and the albedo that divides the layer's
+  /// light.
+  Status RecordLayer(gpu::CommandList* commands, const FrameFacts& facts, const FrameInputs& frame,
                      const VirtualInputs& seen, const SelectGuidesParameters& select);
   /// Writes emission and motion of the rest. \param picture  the layer's, denoised
-  Status RecordRest(VkCommandBuffer commands, const FrameFacts& facts, const FrameInputs& frame,
+  Status RecordRest(gpu::CommandList* commands, const FrameFacts& facts, const FrameInputs& frame,
                     const ImageRef& picture);
 
   /// Facts and inputs of both parts, from those of the frame. The result is that of the frame.
@@ -96,19 +97,24 @@ class LayerPasses {
   FrameFacts FactsOfRest(const FrameFacts& frame) const;
   FrameInputs InputsOfRest(const FrameInputs& frame) const;
 
+  /// Undoes the passes of a frame that was not recorded. \param frames  recorded before it
+  void GoBackTo(uint32_t frames) { frames_ = frames; }
+  uint32_t frames() const { return frames_; }
+
   /// nullptr before Prepare.
   const std::shared_ptr<LayerImages>& images() const { return images_; }
   gpu::MemoryUse memory() const;
-  /// Of the last frame, once the device has finished it.
+  /// Of the newest frame that the device has finished.
   void AddTimes(std::vector<StageTime>* times) const;
 
  private:
   enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
 
-  LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed)
+  LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed, uint32_t in_flight)
       : context_(context),
         source_(source),
         timed_(timed),
+        in_flight_(in_flight),
         sets_(context),
         layer_times_(context),
         rest_times_(context) {}
@@ -116,14 +122,18 @@ class LayerPasses {
   Status MakePipelines();
   bool HasPreviousNormals(const FrameFacts& frame) const;
   bool RescalesMoments(const FrameFacts& frame) const;
-  Status Run(VkCommandBuffer commands, Pass pass, std::span<const ImageRef> images,
+  Status Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
              std::span<const std::byte> push);
-  void Begin(VkCommandBuffer commands, Pass pass, gpu::Timestamps* times);
-  void End(VkCommandBuffer commands, gpu::Timestamps* times);
+  void Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times);
+  void End(gpu::CommandList* commands, gpu::Timestamps* times);
+  void PrepareImages(VkCommandBuffer commands);
+  uint32_t Place() const { return in_flight_ > 0 ? frames_ % in_flight_ : 0; }
 
   const gpu::DeviceContext* context_;
   GuideSource source_;
   bool timed_;
+  uint32_t in_flight_;
+  uint32_t frames_ = 0;  ///< recorded
   gpu::DescriptorSets sets_;
   gpu::Timestamps layer_times_;
   gpu::Timestamps rest_times_;

@@ -40,7 +40,7 @@ Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
   Layer& layer = LayerOf(source);
   if (layer.passes == nullptr) {
     Result<std::unique_ptr<LayerPasses>> made =
-        LayerPasses::Create(&device_->context(), source, device_->has_timestamps(), 1);
+        LayerPasses::Create(&device_->context(), source, device_->has_timestamps(), 0);
     STILLRAY_RETURN_IF_ERROR(made.status());
     layer.passes = std::move(*made);
   }
@@ -55,7 +55,7 @@ Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
   of_layer->facts = passes->FactsOfLayer(facts);
   of_layer->inputs = passes->InputsOfLayer(inputs);
   of_layer->record = [passes, facts, inputs, seen = VirtualInputsOf(pixels, source),
-                      select = SelectGuidesOf(settings, source)](VkCommandBuffer commands) {
+                      select = SelectGuidesOf(settings, source)](gpu::CommandList* commands) {
     return passes->RecordLayer(commands, facts, inputs, seen, select);
   };
   Frame part = frame;
@@ -72,14 +72,14 @@ Result<Frame> LayerSplit::MakeRest(const Frame& frame) {
   rest->owners = {frame.on_device};
   rest->facts = FactsOf(frame, pixels);
   rest->inputs = InputsOf(pixels);
-  std::vector<std::function<Status(VkCommandBuffer)>> records;
+  std::vector<std::function<Status(gpu::CommandList*)>> records;
   for (const Layer* layer : {&reflection_, &refraction_}) {
     if (layer->part.expired()) {
       continue;
     }
     LayerPasses* const passes = layer->passes.get();
     records.emplace_back([passes, facts = rest->facts, inputs = rest->inputs,
-                          part = layer->part](VkCommandBuffer commands) {
+                          part = layer->part](gpu::CommandList* commands) {
       const std::shared_ptr<FramePart> of_layer = part.lock();
       STILLRAY_CHECK(of_layer != nullptr);
       return passes->RecordRest(commands, facts, inputs, of_layer->picture);
@@ -88,7 +88,7 @@ Result<Frame> LayerSplit::MakeRest(const Frame& frame) {
     rest->facts = passes->FactsOfRest(rest->facts);
     rest->inputs = passes->InputsOfRest(rest->inputs);
   }
-  rest->record = [records = std::move(records)](VkCommandBuffer commands) {
+  rest->record = [records = std::move(records)](gpu::CommandList* commands) {
     for (const auto& record : records) {
       STILLRAY_RETURN_IF_ERROR(record(commands));
     }

@@ -22,8 +22,8 @@ class FramePart final : public FrameOnDevice {
   FrameFacts facts;
   FrameInputs inputs;                               ///< some of them images of the whole frame
   std::vector<std::shared_ptr<const void>> owners;  ///< of all inputs
-  /// Records the passes that write the part's own images, before those that read them.
-  std::function<Status(VkCommandBuffer)> record;
+  /// Adds the passes that write the part's own images, before those that read them.
+  std::function<Status(gpu::CommandList*)> record;
   ImageRef picture;  ///< set by the denoiser: the finished picture
 
   Status Download(uint32_t planes, Frame* host) const override;

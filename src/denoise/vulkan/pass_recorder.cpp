@@ -70,7 +70,9 @@ void ForEachUse(const ShaderInfo& info, std::span<const gpu::Image* const> image
 }  // namespace
 
 void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images) {
-  const Result<VkDescriptorSet> set = sets_->Find(kFrameSet, FrameContent(inputs, images));
+  const gpu::SetContent content = FrameContent(inputs, images);
+  const Result<VkDescriptorSet> set =
+      in_flight_ > 0 ? sets_->FindForFrame(kFrameSet, content) : sets_->Find(kFrameSet, content);
   if (!set.ok()) {
     status_ = set.status();
     return;
@@ -90,14 +92,10 @@ void PassRecorder::EmitBarrier() {
   written_.clear();
   constexpr VkPipelineStageFlags kStages =
       VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT;
-  VkMemoryBarrier barrier = {};
-  barrier.sType = VK_STRUCTURE_TYPE_MEMORY_BARRIER;
-  barrier.srcAccessMask = VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT;
-  barrier.dstAccessMask = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
-                          VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT |
-                          VK_ACCESS_TRANSFER_WRITE_BIT;
-  context_->vk.CmdPipelineBarrier(commands_, kStages, kStages, 0, 1, &barrier, 0, nullptr, 0,
-                                  nullptr);
+  commands_->Barrier(kStages, VK_ACCESS_SHADER_WRITE_BIT | VK_ACCESS_TRANSFER_WRITE_BIT, kStages,
+                     VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT |
+                         VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_TRANSFER_READ_BIT |
+                         VK_ACCESS_TRANSFER_WRITE_BIT);
 }
 
 bool PassRecorder::Waits(const ShaderInfo& info, std::span<const gpu::Image* const> images) const {
@@ -144,26 +142,18 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
   NoteUses(info, images);
   const std::string_view part = next_part_.empty() ? std::string_view(info.stage) : next_part_;
   next_part_ = {};
-  if (times_ != nullptr && part_ != part) {
+  if (part_ != part) {
     part_ = part;
-    times_->Mark(commands_, part_);
+    commands_->BeginPart(part_, times_);
   }
-  const VkDescriptorSet bound[] = {frame_set_, *own};
-  const VkPipelineLayout layout = (*pipeline)->layout();
-  context_->vk.CmdBindPipeline(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, (*pipeline)->handle());
-  context_->vk.CmdBindDescriptorSets(commands_, VK_PIPELINE_BIND_POINT_COMPUTE, layout, 0, 2, bound,
-                                     0, nullptr);
-  if (push != nullptr) {
-    context_->vk.CmdPushConstants(commands_, layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
-                                  info.push_bytes, push);
-  }
-  context_->vk.CmdDispatch(commands_, groups.x, groups.y, 1);
+  const gpu::DispatchCommand dispatch = {
+      (*pipeline)->handle(), (*pipeline)->layout(), {frame_set_, *own}, 2, groups.x, groups.y};
+  const size_t push_bytes = push != nullptr ? info.push_bytes : 0;
+  commands_->Dispatch(dispatch, {static_cast<const std::byte*>(push), push_bytes});
 }
 
-void PassRecorder::EndTimes() {
-  if (times_ != nullptr) {
-    times_->End(commands_);
-  }
+void PassRecorder::EndParts() {
+  commands_->BeginPart({}, times_);
 }
 
 }  // namespace stillray::vulkan

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Recording compute passes into a command buffer.
+/// The compute passes of a frame, as commands.
 #pragma once
 
 #include <initializer_list>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "denoise/vulkan/frame_images.h"
+#include "gpu/command_list.h"
 #include "gpu/timestamps.h"
 
 namespace stillray::vulkan {
@@ -40,13 +41,19 @@ struct FrameInputs {
   ImageRef display;             ///< output: R8G8B8A8_UNORM
 };
 
-/// Passes over a frame in one command buffer. After the first error, which is kept, nothing is
-/// recorded.
+/// Passes over a frame. After the first error, which is kept, no more are added.
 class PassRecorder {
  public:
-  PassRecorder(const gpu::DeviceContext* context, Pipelines* pipelines, gpu::DescriptorSets* sets,
-               gpu::Timestamps* times, VkCommandBuffer commands)
-      : context_(context), pipelines_(pipelines), sets_(sets), times_(times), commands_(commands) {}
+  /// \param times  of the frame; nullptr: not measured
+  /// \param in_flight  frames that may be unfinished, whose inputs need no set that is kept; 0: the
+  ///     same inputs come again
+  PassRecorder(Pipelines* pipelines, gpu::DescriptorSets* sets, gpu::Timestamps* times,
+               uint32_t in_flight, gpu::CommandList* commands)
+      : pipelines_(pipelines),
+        sets_(sets),
+        times_(times),
+        in_flight_(in_flight),
+        commands_(commands) {}
 
   /// Chooses set 0 for the following passes.
   void UseFrame(const FrameInputs& inputs, const FrameImages& images);
@@ -75,10 +82,10 @@ class PassRecorder {
   /// \param part  of static storage
   void CountAs(std::string_view part) { next_part_ = part; }
 
-  /// Ends the time of the last pass.
-  void EndTimes();
+  /// Ends the part of the last pass.
+  void EndParts();
 
-  VkCommandBuffer commands() const { return commands_; }
+  gpu::CommandList* commands() const { return commands_; }
   const Status& status() const { return status_; }
 
  private:
@@ -89,11 +96,11 @@ class PassRecorder {
   void RunBytes(Shader shader, Groups groups, std::span<const gpu::Image* const> images,
                 const void* push, std::span<const uint32_t> constants);
 
-  const gpu::DeviceContext* context_;
   Pipelines* pipelines_;
   gpu::DescriptorSets* sets_;
   gpu::Timestamps* times_;
-  VkCommandBuffer commands_;
+  uint32_t in_flight_;
+  gpu::CommandList* commands_;
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
   std::vector<const gpu::Buffer*> buffers_;
   bool always_waits_ = true;  // the next pass: of commands beside the passes

@@ -190,6 +190,7 @@ vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
       o.precision == DevicePrecision::kFloat ? vulkan::Storage::kFloat : vulkan::Storage::kHalf;
   options.timed = o.timestamps;
   options.fills_guides = o.incomplete_guides;
+  options.in_flight = static_cast<uint32_t>(o.frames_in_flight);
   return options;
 }
 
@@ -208,8 +209,7 @@ vulkan::LayerShape LayerShapeOf(const VulkanOptions& o) {
           .with_picture = true};
 }
 
-/// Frames whose images may differ from each other, as of FramePipeline.
-constexpr uint32_t kMostFrames = 128;
+constexpr int kMostInFlight = 64;
 
 /// The filter of reflected or transmitted light, and the passes between it and that of the rest.
 struct VirtualLayer {
@@ -232,8 +232,8 @@ struct VirtualLayer {
                                                       GuideSource source, const VulkanOptions& o) {
     auto layer = std::make_unique<VirtualLayer>();
     layer->source = source;
-    Result<std::unique_ptr<vulkan::LayerPasses>> passes =
-        vulkan::LayerPasses::Create(context, source, o.timestamps, kMostFrames);
+    Result<std::unique_ptr<vulkan::LayerPasses>> passes = vulkan::LayerPasses::Create(
+        context, source, o.timestamps, static_cast<uint32_t>(o.frames_in_flight));
     STILLRAY_RETURN_IF_ERROR(passes.status());
     layer->passes = std::move(*passes);
     STILLRAY_RETURN_IF_ERROR(layer->passes->Prepare(LayerShapeOf(o)));
@@ -245,7 +245,7 @@ struct VirtualLayer {
   }
 
   /// Records the filter of the layer's light. \param facts, inputs  of the frame
-  Status Record(VkCommandBuffer commands, const Settings& settings,
+  Status Record(gpu::CommandList* commands, const Settings& settings,
                 const vulkan::VirtualInputs& seen, const FrameFacts& facts,
                 const FrameInputs& inputs) {
     STILLRAY_RETURN_IF_ERROR(
@@ -261,7 +261,7 @@ struct VirtualLayer {
 
   /// Records what makes the rest. \param facts, inputs  [in,out] of the frame, or of the rest of
   ///     another layer
-  Status RecordRest(VkCommandBuffer commands, FrameFacts* facts, FrameInputs* inputs) {
+  Status RecordRest(gpu::CommandList* commands, FrameFacts* facts, FrameInputs* inputs) {
     STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture()));
     *inputs = passes->InputsOfRest(*inputs);
     *facts = passes->FactsOfRest(*facts);
@@ -291,13 +291,72 @@ void AddTimes(const std::vector<gpu::DeviceTime>& more, std::vector<StageTime>* 
   }
 }
 
+gpu::MemorySource SourceOf(const VulkanAllocator& a) {
+  gpu::MemorySource source;
+  source.allocate = [a](const VkMemoryRequirements& need, gpu::OwnedMemory* memory) {
+    VulkanMemoryBlock block;
+    const VkResult result = a.allocate(a.user, &need, &block);
+    *memory = {block.memory, block.offset, block.handle};
+    return result;
+  };
+  source.free = [a](const gpu::OwnedMemory& memory) {
+    const VulkanMemoryBlock block = {memory.memory, memory.offset, memory.handle};
+    a.free(a.user, &block);
+  };
+  return source;
+}
+
+/// Pipelines that denoisers on one device share: not those of stillray's own devices, so that none
+/// outlives the renderer's device.
+struct PipelinesOfDevice {
+  explicit PipelinesOfDevice(const gpu::DeviceContext& device)
+      : context(device), pipelines(&context) {}
+
+  gpu::DeviceContext context;
+  gpu::SharedPipelines pipelines;
+};
+
 Result<gpu::DeviceContext> ContextOf(const VulkanContext& c) {
   if (c.instance == VK_NULL_HANDLE || c.physical_device == VK_NULL_HANDLE ||
       c.device == VK_NULL_HANDLE || c.get_instance_proc_addr == nullptr) {
     return Status::InvalidArgument(
         "Vulkan: instance, physical_device, device and get_instance_proc_addr must be given");
   }
-  return gpu::MakeContext(c.get_instance_proc_addr, c.instance, c.physical_device, c.device);
+  if ((c.allocator.allocate == nullptr) != (c.allocator.free == nullptr)) {
+    return Status::InvalidArgument(
+        "Vulkan: the allocator has one of the functions allocate and free, expected both or none");
+  }
+  Result<gpu::DeviceContext> made =
+      gpu::MakeContext(c.get_instance_proc_addr, c.instance, c.physical_device, c.device);
+  STILLRAY_RETURN_IF_ERROR(made.status());
+  made->pipeline_cache = c.pipeline_cache;
+  if (c.allocator.allocate != nullptr) {
+    made->memory_source = SourceOf(c.allocator);
+  }
+  return made;
+}
+
+/// Adds the functions of VK_EXT_debug_utils.
+Status LoadLabels(const VulkanContext& c, gpu::DeviceContext* to) {
+  const auto get = reinterpret_cast<PFN_vkGetDeviceProcAddr>(
+      c.get_instance_proc_addr(c.instance, "vkGetDeviceProcAddr"));
+  if (!gpu::LoadLabelFunctions(get, c.device, &to->vk).ok()) {
+    return Status::Unsupported("debug_labels: the instance was created without VK_EXT_debug_utils");
+  }
+  return Status::Ok();
+}
+
+Status CheckOptions(const VulkanContext& context, const VulkanOptions& o,
+                    const gpu::DeviceContext* shared) {
+  STILLRAY_RETURN_IF_ERROR(ValidateSettings(o.settings));
+  STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(o.settings));
+  if (o.frames_in_flight < 0 || o.frames_in_flight > kMostInFlight) {
+    return Status::InvalidArgument(
+        fmt::format("frames_in_flight is {}, expected 0 to {}", o.frames_in_flight, kMostInFlight));
+  }
+  return shared == nullptr || shared->device == context.device
+             ? Status::Ok()
+             : Status::InvalidArgument("share_with is a denoiser on another device");
 }
 
 DeviceMemory MemoryOf(const gpu::MemoryUse& use) {
@@ -307,12 +366,25 @@ DeviceMemory MemoryOf(const gpu::MemoryUse& use) {
 }  // namespace
 
 struct VulkanDenoiser::Impl {
-  explicit Impl(const gpu::DeviceContext& device) : context(device), pipelines(&context) {
-    context.pipelines = &pipelines;
+  Impl(const gpu::DeviceContext& device, std::shared_ptr<PipelinesOfDevice> shared, bool labels)
+      : context(device), pipelines(std::move(shared)), commands(&context, labels) {
+    context.pipelines = &pipelines->pipelines;
   }
 
+  /// All that a recorded frame changes.
+  struct Checkpoint {
+    FramePipeline::Checkpoint pipeline;
+    struct OfLayer {
+      FramePipeline::Checkpoint pipeline;
+      uint32_t frames;
+      bool was_used;
+    };
+    std::vector<OfLayer> layers;
+  };
+
   gpu::DeviceContext context;
-  gpu::SharedPipelines pipelines;  // of this alone, so that none outlives the renderer's device
+  std::shared_ptr<PipelinesOfDevice> pipelines;
+  gpu::CommandList commands;  // of the frame in progress
   Settings settings;
   bool incomplete_guides = false;
   std::unique_ptr<FramePipeline> pipeline;
@@ -321,8 +393,10 @@ struct VulkanDenoiser::Impl {
   bool FillsGuides() const { return incomplete_guides && settings.fill_guides; }
   Status CheckLayers(const VulkanFrame& frame, const FrameFacts& facts) const;
   bool UseLayers(const FrameFacts& facts);
-  Status RecordLayers(VkCommandBuffer commands, const VulkanFrame& frame, FrameFacts* facts,
-                      FrameInputs* inputs);
+  Status RecordLayers(const VulkanFrame& frame, FrameFacts* facts, FrameInputs* inputs);
+  Status AddFrame(const VulkanFrame& frame, FrameFacts facts);
+  Checkpoint checkpoint() const;
+  void GoBackTo(const Checkpoint& checkpoint);
   void Reset();
 };
 
@@ -362,20 +436,49 @@ bool VulkanDenoiser::Impl::UseLayers(const FrameFacts& facts) {
 }
 
 /// Records the filters of the layers. \param facts, inputs  [in,out] of the frame, then of the rest
-Status VulkanDenoiser::Impl::RecordLayers(VkCommandBuffer commands, const VulkanFrame& frame,
-                                          FrameFacts* facts, FrameInputs* inputs) {
+Status VulkanDenoiser::Impl::RecordLayers(const VulkanFrame& frame, FrameFacts* facts,
+                                          FrameInputs* inputs) {
   for (const auto& layer : layers) {
     if (layer->was_used) {
       const vulkan::VirtualInputs seen = VirtualInputsOf(ImageOf(frame, layer->source));
-      STILLRAY_RETURN_IF_ERROR(layer->Record(commands, settings, seen, *facts, *inputs));
+      STILLRAY_RETURN_IF_ERROR(layer->Record(&commands, settings, seen, *facts, *inputs));
     }
   }
   for (const auto& layer : layers) {
     if (layer->was_used) {
-      STILLRAY_RETURN_IF_ERROR(layer->RecordRest(commands, facts, inputs));
+      STILLRAY_RETURN_IF_ERROR(layer->RecordRest(&commands, facts, inputs));
     }
   }
   return Status::Ok();
+}
+
+/// Adds the commands of the frame to the list.
+Status VulkanDenoiser::Impl::AddFrame(const VulkanFrame& frame, FrameFacts facts) {
+  if (UseLayers(facts)) {
+    Reset();  // each history has another part of the light
+  }
+  FrameInputs inputs = InputsOf(frame);
+  STILLRAY_RETURN_IF_ERROR(RecordLayers(frame, &facts, &inputs));
+  const FramePlan plan = MakePlan(settings, facts, pipeline->progress());
+  return pipeline->Record(&commands, plan, facts, inputs, nullptr);
+}
+
+VulkanDenoiser::Impl::Checkpoint VulkanDenoiser::Impl::checkpoint() const {
+  Checkpoint now = {pipeline->checkpoint(), {}};
+  for (const auto& layer : layers) {
+    now.layers.push_back({layer->pipeline->checkpoint(), layer->passes->frames(), layer->was_used});
+  }
+  return now;
+}
+
+void VulkanDenoiser::Impl::GoBackTo(const Checkpoint& checkpoint) {
+  commands.Clear();
+  pipeline->GoBackTo(checkpoint.pipeline);
+  for (size_t i = 0; i < layers.size(); ++i) {
+    layers[i]->pipeline->GoBackTo(checkpoint.layers[i].pipeline);
+    layers[i]->passes->GoBackTo(checkpoint.layers[i].frames);
+    layers[i]->was_used = checkpoint.layers[i].was_used;
+  }
 }
 
 void VulkanDenoiser::Impl::Reset() {
@@ -406,11 +509,17 @@ Result<DeviceMemory> VulkanDenoiser::MemoryNeed(const VulkanContext& context,
 
 Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
                                               const VulkanOptions& options) {
-  STILLRAY_RETURN_IF_ERROR(ValidateSettings(options.settings));
-  STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(options.settings));
-  const Result<gpu::DeviceContext> made = ContextOf(context);
+  const Impl* other = options.share_with != nullptr ? options.share_with->impl_.get() : nullptr;
+  STILLRAY_RETURN_IF_ERROR(
+      CheckOptions(context, options, other != nullptr ? &other->context : nullptr));
+  Result<gpu::DeviceContext> made = ContextOf(context);
   STILLRAY_RETURN_IF_ERROR(made.status());
-  auto impl = std::make_unique<Impl>(*made);
+  if (options.debug_labels) {
+    STILLRAY_RETURN_IF_ERROR(LoadLabels(context, &*made));
+  }
+  auto impl = std::make_unique<Impl>(
+      *made, other != nullptr ? other->pipelines : std::make_shared<PipelinesOfDevice>(*made),
+      options.debug_labels);
   impl->settings = options.settings;
   impl->incomplete_guides = options.incomplete_guides;
   Result<std::unique_ptr<FramePipeline>> pipeline =
@@ -436,13 +545,14 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
                                       impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
   STILLRAY_RETURN_IF_ERROR(impl_->CheckLayers(frame, facts));
-  if (impl_->UseLayers(facts)) {
-    impl_->Reset();  // each history has another part of the light
+  const Impl::Checkpoint before = impl_->checkpoint();
+  const Status added = impl_->AddFrame(frame, facts);
+  if (!added.ok()) {
+    impl_->GoBackTo(before);
+    return added;
   }
-  FrameInputs inputs = InputsOf(frame);
-  STILLRAY_RETURN_IF_ERROR(impl_->RecordLayers(commands, frame, &facts, &inputs));
-  const FramePlan plan = MakePlan(impl_->settings, facts, impl_->pipeline->progress());
-  return impl_->pipeline->Record(commands, plan, facts, inputs, nullptr);
+  impl_->commands.Record(commands);
+  return Status::Ok();
 }
 
 Status VulkanDenoiser::SetSettings(const Settings& settings) {

@@ -78,7 +78,7 @@ Status FillGuidesPass::AddAll(const Options& o) {
   };
   const VkFormat light =
       o.storage == Storage::kHalf ? VK_FORMAT_R16G16B16A16_SFLOAT : VK_FORMAT_R32G32B32A32_SFLOAT;
-  for (Held* held : {&now_, &before_}) {
+  for (Held* held : {&progress_.now, &progress_.before}) {
     held->depth = add(VK_FORMAT_R32_SFLOAT, true);
     held->normal = add(light, true);
     held->id = add(VK_FORMAT_R32_UINT, o.has_id);
@@ -127,24 +127,19 @@ Result<std::unique_ptr<FillGuidesPass>> FillGuidesPass::Create(const gpu::Device
 
 void FillGuidesPass::Begin(const FrameFacts& facts, FrameParameters* p) {
   const uint32_t colours = ColoursOf(facts);
-  if (colours != held_colours_ || facts.has_id != held_id_) {
+  Kinds& kinds = progress_.kinds;
+  if (colours != kinds.colours || facts.has_id != kinds.id) {
     Reset();
   }
-  held_colours_ = colours;
-  held_id_ = facts.has_id;
+  kinds.colours = colours;
+  kinds.id = facts.has_id;
   const Shift shift(facts.index);
-  p->has_held = has_held_ ? 1 : 0;
+  p->has_held = kinds.any ? 1 : 0;
   p->guide_colours = static_cast<int>(colours);
   p->pyramid_cells = CellsOfLevels(options_.width, options_.height);
-  p->ghost_stamp = ++stamp_;
+  p->ghost_stamp = ++progress_.stamp;
   p->shift_x = shift.x;
   p->shift_y = shift.y;
-}
-
-void FillGuidesPass::Restore(const Kinds& kinds) {
-  has_held_ = kinds.any;
-  held_id_ = kinds.id;
-  held_colours_ = kinds.colours;
 }
 
 void FillGuidesPass::PrepareImages(VkCommandBuffer commands) {
@@ -160,12 +155,11 @@ void FillGuidesPass::PrepareImages(VkCommandBuffer commands) {
 /// Images are ready; counts begin anew.
 void FillGuidesPass::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
   recorder->Barrier();
-  const VkCommandBuffer commands = recorder->commands();
-  PrepareImages(commands);
+  gpu::CommandList* const commands = recorder->commands();
+  commands->Call([this](VkCommandBuffer into) { PrepareImages(into); });
   static_assert(offsetof(FrameState, guides_move) ==
                 offsetof(FrameState, known_pixels) + sizeof(uint32_t));
-  context_->vk.CmdFillBuffer(commands, state.buffer, offsetof(FrameState, known_pixels),
-                             2 * sizeof(uint32_t), 0);
+  commands->Fill(state.buffer, offsetof(FrameState, known_pixels), 2 * sizeof(uint32_t), 0);
 }
 
 /// From the first level up to the top and down again, with a single workgroup where levels are
@@ -187,48 +181,50 @@ void FillGuidesPass::FillPyramid(PassRecorder* recorder, bool of_motion) const {
 
 FrameInputs FillGuidesPass::Record(PassRecorder* recorder, const FrameInputs& inputs,
                                    const gpu::Buffer& state) {
-  std::swap(now_, before_);
+  std::swap(progress_.now, progress_.before);
+  const Held& now = progress_.now;
+  const Held& before = progress_.before;
+  const Kinds& kinds = progress_.kinds;
   PrepareMemory(recorder, state);
   recorder->UseBuffers({cells_, rejected_});
   const Groups pixels = GroupsFor(options_.width, options_.height);
   const Groups cells = GroupsOf(LevelsOf(options_.width, options_.height).front());
   recorder->Run(Shader::kFindKnown, cells, {});
-  if (has_held_) {
+  if (kinds.any) {
     FillPyramid(recorder, true);
-    recorder->Run(Shader::kRejectGhosts, pixels, {before_.depth, before_.normal, before_.id});
+    recorder->Run(Shader::kRejectGhosts, pixels, {before.depth, before.normal, before.id});
   }
-  recorder->Run(
-      Shader::kGatherKnown, cells,
-      {before_.depth, before_.normal, before_.id, now_.depth, now_.normal, now_.id, motion_});
-  const auto& b = before_.colour;
-  const auto& n = now_.colour;
-  if (held_colours_ != 0) {
+  recorder->Run(Shader::kGatherKnown, cells,
+                {before.depth, before.normal, before.id, now.depth, now.normal, now.id, motion_});
+  const auto& b = before.colour;
+  const auto& n = now.colour;
+  if (kinds.colours != 0) {
     recorder->Run(Shader::kGatherKnownColours, cells,
-                  {now_.depth, now_.normal, motion_, b[0], b[1], b[2], b[3], b[4], n[0], n[1], n[2],
+                  {now.depth, now.normal, motion_, b[0], b[1], b[2], b[3], b[4], n[0], n[1], n[2],
                    n[3], n[4]});
   }
   FillPyramid(recorder, false);
-  recorder->Run(Shader::kFillHoles, pixels, {now_.normal, now_.depth, now_.normal, now_.id});
-  if (held_colours_ != 0) {
-    recorder->Run(Shader::kFillHoleColours, pixels, {now_.normal, n[0], n[1], n[2], n[3], n[4]});
+  recorder->Run(Shader::kFillHoles, pixels, {now.normal, now.depth, now.normal, now.id});
+  if (kinds.colours != 0) {
+    recorder->Run(Shader::kFillHoleColours, pixels, {now.normal, n[0], n[1], n[2], n[3], n[4]});
   }
-  has_held_ = true;
+  progress_.kinds.any = true;
 
   FrameInputs completed = inputs;
   const auto show = [](const gpu::Image* image, ImageRef* input) {
     *input = {image->view, VK_IMAGE_LAYOUT_GENERAL};
   };
-  show(now_.depth, &completed.depth);
-  show(now_.normal, &completed.normal);
+  show(now.depth, &completed.depth);
+  show(now.normal, &completed.normal);
   show(motion_, &completed.motion);
-  if (held_id_) {
-    show(now_.id, &completed.id);
+  if (kinds.id) {
+    show(now.id, &completed.id);
   }
   ImageRef* const colours[kGuideColours] = {&completed.albedos[0], &completed.albedos[1],
                                             &completed.albedos[2], &completed.emission,
                                             &completed.background};
   for (int k = 0; k < kGuideColours; ++k) {
-    if ((held_colours_ >> k & 1u) != 0) {
+    if ((kinds.colours >> k & 1u) != 0) {
       show(n[static_cast<size_t>(k)], colours[k]);
     }
   }

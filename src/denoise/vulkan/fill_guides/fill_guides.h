@@ -43,7 +43,7 @@ class FillGuidesPass {
   /// \return the inputs with filled images in place of the frame's own
   FrameInputs Record(PassRecorder* recorder, const FrameInputs& inputs, const gpu::Buffer& state);
   /// Drops held guides.
-  void Reset() { has_held_ = false; }
+  void Reset() { progress_.kinds.any = false; }
 
   /// Which of the images of held() the next frame reads.
   struct Kinds {
@@ -51,9 +51,9 @@ class FillGuidesPass {
     bool id = false;
     uint32_t colours = 0;
   };
-  Kinds kinds() const { return {has_held_, held_id_, held_colours_}; }
+  const Kinds& kinds() const { return progress_.kinds; }
   /// Restores held guides whose images the caller has written to held(); they must fit.
-  void Restore(const Kinds& kinds);
+  void Restore(const Kinds& kinds) { progress_.kinds = kinds; }
   /// Brings all images to their layout and marks to their beginning, once.
   void PrepareImages(VkCommandBuffer commands);
 
@@ -66,7 +66,17 @@ class FillGuidesPass {
     const gpu::Image* id = nullptr;
     std::array<const gpu::Image*, kGuideColours> colour = {};
   };
-  const Held& held() const { return now_; }
+  const Held& held() const { return progress_.now; }
+  /// What a frame leaves to the next one.
+  struct Progress {
+    Held now;
+    Held before;
+    Kinds kinds;
+    uint32_t stamp = 0;  ///< of the last frame
+  };
+  const Progress& progress() const { return progress_; }
+  /// Undoes frames that were not recorded.
+  void GoBackTo(const Progress& progress) { progress_ = progress; }
   const gpu::Image& motion() const { return *motion_; }
 
  private:
@@ -78,16 +88,11 @@ class FillGuidesPass {
   const gpu::DeviceContext* context_;
   gpu::Arena arena_;
   Options options_;
-  Held now_;
-  Held before_;
+  Progress progress_;
   const gpu::Image* motion_ = nullptr;
   const gpu::Buffer* cells_ = nullptr;
   const gpu::Buffer* rejected_ = nullptr;
   bool prepared_ = false;
-  bool has_held_ = false;
-  bool held_id_ = false;       ///< held guides have ids ...
-  uint32_t held_colours_ = 0;  ///< ... and these colours
-  uint32_t stamp_ = 0;         ///< of the last frame
 };
 
 }  // namespace stillray::vulkan
