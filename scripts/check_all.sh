@@ -2,7 +2,7 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# What a release must pass, about an hour on two cores: all tests, formatting, a syntax check for ARM, the library
+# What a release must pass, about an hour on two cores: all tests, formatting, a syntax check for ARM and Windows, the library
 # without Vulkan and without vector instructions, and all fast tests and fuzzers under clang's sanitizers. Needs root
 # or sudo for packages that are missing.
 set -euo pipefail
@@ -10,7 +10,7 @@ cd "$(dirname "$0")/.."
 
 scripts/test.sh --all
 scripts/format.sh --check
-scripts/check_neon.sh
+scripts/check_cross.sh
 cmake --preset scalar >/dev/null
 cmake --build --preset scalar
 ctest --preset scalar -j "$(nproc)"

@@ -23,7 +23,7 @@ build_packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev python3
-  clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu
+  clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu g++-mingw-w64-x86-64-posix
   mesa-vulkan-drivers vulkan-validationlayers
 )
 long_test_packages=(

@@ -3,7 +3,19 @@
 
 #include "gpu/functions.h"
 
+#ifdef _WIN32
+#define WIN32_LEAN_AND_MEAN
+#ifndef NOMINMAX
+#define NOMINMAX
+#endif
+#include <windows.h>
+#else
 #include <dlfcn.h>
+#endif
+
+#include <algorithm>
+#include <iterator>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -44,6 +56,36 @@ const char* Meaning(VkResult result) {
   }
 }
 
+// The loader's file names, the usual one first, and where to get it.
+#if defined(_WIN32)
+constexpr const char* kLoaderNames[] = {"vulkan-1.dll"};
+constexpr const char* kLoaderSource = "it comes with the driver of the GPU";
+#elif defined(__APPLE__)
+constexpr const char* kLoaderNames[] = {"libvulkan.1.dylib", "libvulkan.dylib",
+                                        "/usr/local/lib/libvulkan.1.dylib",
+                                        "/opt/homebrew/lib/libvulkan.1.dylib", "libMoltenVK.dylib"};
+constexpr const char* kLoaderSource = "it comes with the Vulkan SDK";
+#else
+constexpr const char* kLoaderNames[] = {"libvulkan.so.1"};
+constexpr const char* kLoaderSource = "Debian: libvulkan1";
+#endif
+
+/// Opens a loader for good. \param get  receives its entry; nullptr if it has none
+/// \return whether there is such a library
+bool OpenLibrary(const char* name, PFN_vkGetInstanceProcAddr* get) {
+  constexpr const char* kEntry = "vkGetInstanceProcAddr";
+#ifdef _WIN32
+  const HMODULE handle = LoadLibraryA(name);
+  void* entry =
+      handle != nullptr ? reinterpret_cast<void*>(GetProcAddress(handle, kEntry)) : nullptr;
+#else
+  void* handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
+  void* entry = handle != nullptr ? dlsym(handle, kEntry) : nullptr;
+#endif
+  *get = reinterpret_cast<PFN_vkGetInstanceProcAddr>(entry);
+  return handle != nullptr;
+}
+
 }  // namespace
 
 Status ToStatus(VkResult result, const char* action) {
@@ -65,15 +107,18 @@ Status ToStatus(VkResult result, const char* action) {
 }
 
 Result<GlobalFunctions> OpenLoader(const char* library) {
-  const char* name = library != nullptr ? library : "libvulkan.so.1";
-  void* handle = dlopen(name, RTLD_NOW | RTLD_LOCAL);
-  if (handle == nullptr) {
-    return Status::Unsupported(
-        fmt::format("Vulkan: the loader {} is not on this machine (Debian: libvulkan1)", name));
-  }
+  const std::vector<const char*> names =
+      library != nullptr
+          ? std::vector<const char*>{library}
+          : std::vector<const char*>(std::begin(kLoaderNames), std::end(kLoaderNames));
   GlobalFunctions f;
-  f.GetInstanceProcAddr =
-      reinterpret_cast<PFN_vkGetInstanceProcAddr>(dlsym(handle, "vkGetInstanceProcAddr"));
+  const auto found = std::ranges::find_if(
+      names, [&](const char* name) { return OpenLibrary(name, &f.GetInstanceProcAddr); });
+  if (found == names.end()) {
+    return Status::Unsupported(fmt::format("Vulkan: the loader {} is not on this machine ({})",
+                                           names.front(), kLoaderSource));
+  }
+  const char* name = *found;
   if (f.GetInstanceProcAddr == nullptr) {
     return Status::Unsupported(
         fmt::format("Vulkan: {} has no vkGetInstanceProcAddr: it is no Vulkan loader", name));

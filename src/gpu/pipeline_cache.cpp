@@ -3,12 +3,11 @@
 
 #include "gpu/pipeline_cache.h"
 
-#include <unistd.h>
-
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <system_error>
 #include <utility>
 
@@ -65,7 +64,7 @@ void WriteBytes(const std::filesystem::path& path, std::span<const uint8_t> byte
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
   std::filesystem::path part = path;
-  part += fmt::format(".{}.part", ::getpid());
+  part += fmt::format(".{:08x}.part", std::random_device()());
   std::ofstream file(part, std::ios::binary);
   file.write(reinterpret_cast<const char*>(bytes.data()),
              static_cast<std::streamsize>(bytes.size()));

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 
 #include "gpu/memory.h"
 #include "gpu/pipeline.h"
@@ -252,7 +253,23 @@ TEST_F(Ground, PipelineComputesAndIsTimed) {
   ASSERT_TRUE(set.ok());
   EXPECT_EQ(*sets.Find(shape, {{from->view, to->view}, {}, {}}), *set);  // found again
   EXPECT_NE(*sets.Find(shape, {{to->view, from->view}, {}, {}}), *set);
-  EXPECT_FALSE(sets.Find(shape, {{to->view, to->view}, {}, {}}).ok());  // the pool is full
+  // The first pool is full.
+  const Result<VkDescriptorSet> third = sets.Find(shape, {{to->view, to->view}, {}, {}});
+  ASSERT_TRUE(third.ok()) << third.status().message();
+  EXPECT_EQ(*sets.Find(shape, {{from->view, to->view}, {}, {}}), *set);
+  // Sets of a frame are other ones with each use, and the same ones for the next frame there.
+  std::vector<VkDescriptorSet> of_frame[3];
+  for (size_t i = 0; i < 3; ++i) {
+    sets.BeginFrame(i % 2);
+    for (int use = 0; use < 2; ++use) {
+      of_frame[i].push_back(*sets.FindForFrame(shape, {{from->view, to->view}, {}, {}}));
+    }
+  }
+  EXPECT_EQ(std::set<VkDescriptorSet>(
+                {*set, *third, of_frame[0][0], of_frame[0][1], of_frame[1][0], of_frame[1][1]})
+                .size(),
+            6u);
+  EXPECT_EQ(of_frame[2], of_frame[0]);
 
   auto* values = static_cast<float*>(up->mapped);
   for (int i = 0; i < kValues; ++i) {
