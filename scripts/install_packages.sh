@@ -23,11 +23,12 @@ build_packages=(
 )
 test_packages=(
   libgtest-dev libgmock-dev python3
-  clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu g++-mingw-w64-x86-64-posix
+  clang clang-format libclang-rt-14-dev g++-aarch64-linux-gnu
   mesa-vulkan-drivers vulkan-validationlayers
 )
 long_test_packages=(
   chromium chromium-driver
+  g++-mingw-w64-x86-64-posix
   xvfb xdotool libgl1-mesa-dri
 )
 

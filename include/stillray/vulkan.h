@@ -111,7 +111,9 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_REFRACTION_MOTION = 34,
   STILLRAY_VULKAN_REFRACTION_ID = 35,
   STILLRAY_VULKAN_REFRACTION_ALBEDO = 36,
-  STILLRAY_VULKAN_SLOT_COUNT = 37
+  /* Outputs: the filtered light of signals: see VulkanFrame::filtered; 3 more follow. */
+  STILLRAY_VULKAN_FILTERED = 37,
+  STILLRAY_VULKAN_SLOT_COUNT = 41
 } stillray_vulkan_slot;
 /* Capacity of stillray_vulkan_frame. */
 #define STILLRAY_VULKAN_SLOT_ROOM 48
@@ -132,11 +134,14 @@ typedef struct stillray_vulkan_frame {
   stillray_vulkan_image images[STILLRAY_VULKAN_SLOT_ROOM];
   float focal_pixels; /* see stillray_denoiser_set_focal_pixels */
   float reserved;     /* 0 */
+  /* In pixels, at most those of the options; 0: those of the options. See VulkanFrame. */
+  int32_t width;
+  int32_t height;
 } stillray_vulkan_frame;
-#define STILLRAY_VULKAN_FRAME_INIT                                \
-  {                                                               \
-    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f,        \
-        {{VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED}}, 0.0f, 0.0f \
+#define STILLRAY_VULKAN_FRAME_INIT                                      \
+  {                                                                     \
+    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f,              \
+        {{VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED}}, 0.0f, 0.0f, 0, 0 \
   }
 
 typedef struct stillray_vulkan_memory {

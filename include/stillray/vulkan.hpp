@@ -22,6 +22,9 @@ namespace stillray {
 
 class VulkanDenoiser;
 
+/// The largest number of signals; see VulkanFrame::filtered.
+inline constexpr int kVulkanSignals = 4;
+
 /// A part of the renderer's device memory.
 struct VulkanMemoryBlock {
   VkDeviceMemory memory = VK_NULL_HANDLE;
@@ -82,9 +85,9 @@ struct VulkanOptions {
   const VulkanDenoiser* share_with = nullptr;
 };
 
-/// A plain 2D image (VK_IMAGE_VIEW_TYPE_2D) of the denoiser's size; no view: not given. Usage:
-/// SAMPLED for inputs, STORAGE for outputs. Inputs may have any layout that shaders may read from,
-/// outputs must be in VK_IMAGE_LAYOUT_GENERAL.
+/// A plain 2D image (VK_IMAGE_VIEW_TYPE_2D) of at least the frame's size; no view: not given.
+/// Usage: SAMPLED for inputs, STORAGE for outputs. Inputs may have any layout that shaders may read
+/// from, outputs must be in VK_IMAGE_LAYOUT_GENERAL.
 struct VulkanImage {
   VkImageView view = VK_NULL_HANDLE;
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;
@@ -111,6 +114,10 @@ struct VulkanFrame {
   float jitter_x = 0;
   float jitter_y = 0;
   float focal_pixels = 0;  ///< see Frame::focal_pixels
+  /// In pixels, at most those of the options; 0: those of the options. Images may be larger: the
+  /// frame is in their corner (0, 0). After another size the history is resampled.
+  int width = 0;
+  int height = 0;
 
   VulkanImage lights[kSignalKindCount];  ///< by SignalKind: r, g, b
   /// See Signal::second_moment. They are not estimated: without them frames of several samples per
@@ -141,6 +148,13 @@ struct VulkanFrame {
   bool colour_is_half = false;
   /// The same with exposure, tone curve and sRGB encoding, R8G8B8A8_UNORM; optional.
   VulkanImage display;
+  /// The filtered light of signals, divided by their albedos (by 0.01 where those are less), before
+  /// antialiasing and without emission, in the format of `colour`; optional. By signal of the
+  /// setting `signals`, in this order: `split` direct diffuse, indirect diffuse, specular,
+  /// transmission; `diffuse_specular` diffuse, specular, transmission; `direct_indirect` direct,
+  /// indirect (divided by the sum of all albedos, as `single`); `single` one; `channels` red,
+  /// green, blue. Not of light with virtual guides, which is divided by what is seen.
+  VulkanImage filtered[kVulkanSignals];
 };
 
 /// Denoises a sequence frame by frame. One object holds the history of one sequence; it must not be

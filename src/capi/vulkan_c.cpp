@@ -88,6 +88,8 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   frame.jitter_x = f.jitter_x;
   frame.jitter_y = f.jitter_y;
   frame.focal_pixels = f.focal_pixels;
+  frame.width = f.width;
+  frame.height = f.height;
   for (int k = 0; k < kSignalKindCount; ++k) {
     frame.lights[k] = image(STILLRAY_VULKAN_DIRECT_DIFFUSE + k);
     frame.second_moments[k] = image(STILLRAY_VULKAN_SECOND_MOMENT + k);
@@ -115,6 +117,9 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
       image(STILLRAY_VULKAN_REFRACTION_ALBEDO)};
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
+  for (int s = 0; s < kVulkanSignals; ++s) {
+    frame.filtered[s] = image(STILLRAY_VULKAN_FILTERED + s);
+  }
   return frame;
 }
 

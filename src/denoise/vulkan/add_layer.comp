@@ -21,6 +21,8 @@ layout(set = 0, binding = 8, rgba32f) writeonly uniform image2D emission_out;
 layout(push_constant) uniform Push {
   int has_id;
   int has_emission;
+  int width;
+  int height;
 };
 
 uint IdAt(ivec2 p) {
@@ -54,7 +56,7 @@ bool IsWithin(ivec2 p, ivec2 size) {
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  ivec2 size = imageSize(motion_out);
+  ivec2 size = ivec2(width, height);
   if (p.x >= size.x || p.y >= size.y) {
     return;
   }

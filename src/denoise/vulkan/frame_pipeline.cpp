@@ -6,6 +6,8 @@
 //
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
 //   fill_guides          guides, samples, those held       completed guides          see fill_guides/   (only where some are unknown)
+//   resample_history     history, guides                     history                   16 + 18 n, 18 n  (only after the size changes, as the next)
+//   resample_guides      guides, last picture and albedo     the same                  32, 32
 //   measure_light        lights, albedos of every 16th pixel sums
 //   prepare_guides       depth, normal, id, history          guides, sums              inputs + 8 n, 18
 //   update_exposure      sums                                exposures, limit of negative light, scales
@@ -32,6 +34,7 @@
 //   restore_energy     light before and after, guides      light                     64 + 30 n, 12 n  (a pass before the levels; half the size)
 //   keep_samples         new light, light, history           light                     4 + 108 n, 40 n  (only frames of several samples)
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
+//   store_signal         light                               output of a signal        8, 8 or 16  (only those requested)
 //   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
 //   fxaa                 picture, length                     picture                   16, 8
 //   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
@@ -189,6 +192,7 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   made->groups_ = GroupsOf(o.settings.signals, o.transmission);
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
+  made->of_images_ = {o.width, o.height};
   made->grid_ = GroupsFor(o.width, o.height);
   const Result<bool> tiles = ChooseTiles(*context, made->shape_.signals);
   STILLRAY_RETURN_IF_ERROR(tiles.status());
@@ -229,7 +233,7 @@ std::array<uint32_t, 7> FramePipeline::AtrousConstants(const AtrousLevel& level,
 
 /// Compiles all shaders that the settings may use, so that recording does not.
 Status FramePipeline::MakePipelines(const Settings& settings) {
-  for (int i = 0; i <= static_cast<int>(Shader::kTonemap); ++i) {
+  for (int i = 0; i <= static_cast<int>(Shader::kStoreSignal); ++i) {
     const auto shader = static_cast<Shader>(i);
     if (shader == Shader::kAtrous || shader == Shader::kAtrousTile) {
       continue;
@@ -297,9 +301,32 @@ void FramePipeline::RunAtrous(int width, int height,
 
 bool FramePipeline::Fits(const Settings& settings, int width, int height, bool transmission) const {
   const std::span<const SignalGroup> groups = GroupsOf(settings.signals, transmission);
+  Shape of_images = shape_;
+  of_images.width = of_images_.width;
+  of_images.height = of_images_.height;
   return groups.data() == groups_.data() && transmission == transmission_ &&
          ShapeOf(settings, width, height, static_cast<int>(groups.size()), shape_.storage) ==
-             shape_;
+             of_images;
+}
+
+void FramePipeline::UseSize(Size size) {
+  shape_.width = size.width;
+  shape_.height = size.height;
+  grid_ = GroupsFor(size.width, size.height);
+  if (fill_guides_ != nullptr) {
+    fill_guides_->Resize(size.width, size.height);
+  }
+}
+
+void FramePipeline::Resize(int width, int height) {
+  if (width == shape_.width && height == shape_.height) {
+    return;
+  }
+  if (!resized_from_.has_value()) {
+    resized_from_ = Size{shape_.width, shape_.height};
+  }
+  UseSize({width, height});
+  progress_.has_followed = false;
 }
 
 Status FramePipeline::SetSettings(const Settings& settings) {
@@ -659,6 +686,42 @@ void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
   }
 }
 
+/// The history, and all that antialiasing keeps, at the size of this frame.
+void FramePipeline::ResampleHistory(Size before, PassRecorder* recorder) {
+  FrameImages& i = images_;
+  recorder->Run(Shader::kResampleHistory, grid_,
+                {i.previous_guides.surface, i.history.colour, i.history.behind, i.history.moments,
+                 i.history.compressed, i.fetched.colour, i.fetched.behind, i.fetched.moments,
+                 i.fetched.compressed},
+                before);
+  // The guides of this frame are not written yet.
+  recorder->Run(Shader::kResampleGuides, grid_,
+                {i.previous_guides.surface, i.previous_guides.detail, i.shown, i.albedo_before,
+                 i.guides.surface, i.guides.detail, i.scratch, i.albedo_out},
+                before);
+  std::swap(i.history, i.fetched);
+  std::swap(i.guides, i.previous_guides);
+  std::swap(i.shown, i.scratch);
+  if (shape_.with_albedo) {
+    std::swap(i.albedo_before, i.albedo_out);
+  }
+}
+
+/// Copies the light of signals that the caller wants.
+void FramePipeline::StoreSignals(const FrameInputs& inputs, PassRecorder* recorder) {
+  for (size_t s = 0; s < groups_.size(); ++s) {
+    if (inputs.filtered[s].view == VK_NULL_HANDLE) {
+      continue;
+    }
+    gpu::Image& out = filtered_[s];
+    out.view = inputs.filtered[s].view;
+    const gpu::Image* const as_float = inputs.colour_is_half ? images_.no_float_output : &out;
+    const gpu::Image* const as_half = inputs.colour_is_half ? &out : images_.no_half_output;
+    const auto push = static_cast<int32_t>(s);
+    recorder->Run(Shader::kStoreSignal, grid_, {light_, as_float, as_half}, push);
+  }
+}
+
 /// All passes before accumulation.
 void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                                const FrameInputs& inputs, PassRecorder* recorder) {
@@ -667,6 +730,10 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   FrameParameters parameters = MakeParameters(plan, facts, shape_);
   parameters.colour_is_half = inputs.colour_is_half ? 1 : 0;
   UseInputs(plan, facts, inputs, &parameters, recorder);
+  if (resized_from_.has_value() && (plan.runs.reproject || plan.has_picture)) {
+    ResampleHistory(*resized_from_, recorder);
+  }
+  resized_from_.reset();
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
@@ -705,11 +772,17 @@ void FramePipeline::EndPasses(const FramePlan& plan, PassRecorder* recorder) {
 }
 
 FramePipeline::Checkpoint FramePipeline::checkpoint() const {
-  return {images_, progress_,
-          fill_guides_ != nullptr ? fill_guides_->progress() : FillGuidesPass::Progress(), frames_};
+  return {images_,
+          progress_,
+          fill_guides_ != nullptr ? fill_guides_->progress() : FillGuidesPass::Progress(),
+          {shape_.width, shape_.height},
+          resized_from_,
+          frames_};
 }
 
 void FramePipeline::GoBackTo(const Checkpoint& checkpoint) {
+  UseSize(checkpoint.size);
+  resized_from_ = checkpoint.resized_from;
   images_ = checkpoint.images;
   progress_ = checkpoint.progress;
   if (fill_guides_ != nullptr) {
@@ -761,6 +834,7 @@ Status FramePipeline::Record(gpu::CommandList* commands, const FramePlan& plan,
     KeepMirrors(&recorder);
   }
   Keep(&recorder, "filtered", light_);
+  StoreSignals(inputs, &recorder);
   Compose(light_, &recorder);
   Finish(plan, &recorder);
   if (plan.runs.tonemap) {

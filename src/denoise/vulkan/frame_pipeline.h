@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string_view>
 #include <vector>
@@ -80,16 +81,25 @@ class FramePipeline {
   Status RecordBackward(gpu::CommandList* commands, const FramePlan& plan, const FrameFacts& facts,
                         const FrameInputs& inputs, const FutureImages& future);
 
+  struct Size {
+    int width = 0;
+    int height = 0;
+  };
   /// All that a recorded frame changes.
   struct Checkpoint {
     FrameImages images;
     SequenceProgress progress;
     FillGuidesPass::Progress filling;
+    Size size;
+    std::optional<Size> resized_from;
     uint32_t frames = 0;
   };
   Checkpoint checkpoint() const;
   void GoBackTo(const Checkpoint& checkpoint);
 
+  /// The next frames have this size, at most that of the images; the history goes on. Before the
+  /// plan of the next frame.
+  void Resize(int width, int height);
   /// Whether the settings use the same images.
   bool Fits(const Settings& settings, int width, int height, bool transmission) const;
   /// New settings from the next frame on; they must fit. Makes the pipelines that they need.
@@ -108,6 +118,8 @@ class FramePipeline {
   const FrameImages& images() const { return images_; }
   std::span<const SignalGroup> groups() const { return groups_; }
   const Shape& shape() const { return shape_; }
+  /// The size of the images.
+  Size most() const { return of_images_; }
   /// nullptr if no frame had unknown guides.
   const FillGuidesPass* fill_guides() const { return fill_guides_.get(); }
   FillGuidesPass* fill_guides() { return fill_guides_.get(); }
@@ -133,6 +145,9 @@ class FramePipeline {
                  FrameParameters* parameters, PassRecorder* recorder);
   void BeginFrame(const FramePlan& plan, const FrameFacts& facts, const FrameInputs& inputs,
                   PassRecorder* recorder);
+  void ResampleHistory(Size before, PassRecorder* recorder);
+  void StoreSignals(const FrameInputs& inputs, PassRecorder* recorder);
+  void UseSize(Size size);
   void GatherLight(const FramePlan& plan, PassRecorder* recorder);
   void LimitHistory(const FramePlan& plan, PassRecorder* recorder);
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
@@ -170,8 +185,10 @@ class FramePipeline {
   const gpu::DeviceContext* context_;
   bool timed_ = true;
   bool measures_ = true;
-  uint32_t edge_kinds_ = 0;  ///< STILLRAY_ATROUS_... of the settings
-  Shape shape_;
+  uint32_t edge_kinds_ = 0;           ///< STILLRAY_ATROUS_... of the settings
+  Shape shape_;                       ///< of the frames; as that of the images, or smaller
+  Size of_images_;                    ///< the largest frames
+  std::optional<Size> resized_from_;  ///< the history is still that of frames of this size
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
@@ -190,7 +207,8 @@ class FramePipeline {
   // The frame in progress.
   FrameObserver* observer_ = nullptr;
   HistoryImages known_;  ///< the input of the wavelet: the history, possibly merged with the future
-  const gpu::Image* light_ = nullptr;  ///< input of the next level, or the result
+  const gpu::Image* light_ = nullptr;             ///< input of the next level, or the result
+  std::array<gpu::Image, kMostGroups> filtered_;  ///< of FrameInputs
 };
 
 }  // namespace stillray::vulkan

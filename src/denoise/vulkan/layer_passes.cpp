@@ -49,12 +49,22 @@ struct SelectPush {
   int32_t has_other_albedo = 0;
   int32_t has_previous_normal = 0;
   int32_t has_id = 0;
+  int32_t width = 0;
+  int32_t height = 0;
+};
+
+/// Of rescale_moments.comp.
+struct RescalePush {
+  int32_t width = 0;
+  int32_t height = 0;
 };
 
 /// Of add_layer.comp.
 struct AddPush {
   int32_t has_id = 0;
   int32_t has_emission = 0;
+  int32_t width = 0;
+  int32_t height = 0;
 };
 
 struct PassInfo {
@@ -73,7 +83,11 @@ PassInfo InfoOf(size_t pass) {
        14,
        7,
        sizeof(SelectPush)},
-      {"select_guides", {shaders::kRescaleMoments, shaders::kRescaleMomentsWords}, 6, 2, 0},
+      {"select_guides",
+       {shaders::kRescaleMoments, shaders::kRescaleMomentsWords},
+       6,
+       2,
+       sizeof(RescalePush)},
       {"add_layer", {shaders::kAddLayer, shaders::kAddLayerWords}, 7, 2, sizeof(AddPush)},
   };
   return infos[pass];
@@ -178,7 +192,13 @@ Status LayerPasses::Prepare(const LayerShape& shape) {
   STILLRAY_RETURN_IF_ERROR(made->arena.Allocate());
   images_ = std::move(made);
   shape_ = shape;
+  Resize(shape.width, shape.height);
   return Status::Ok();
+}
+
+void LayerPasses::Resize(int width, int height) {
+  width_ = width;
+  height_ = height;
 }
 
 void LayerPasses::Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times) {
@@ -206,7 +226,7 @@ Status LayerPasses::Run(gpu::CommandList* commands, Pass pass, std::span<const I
   const Result<VkDescriptorSet> set =
       in_flight_ > 0 ? sets_.FindForFrame(shape, content) : sets_.Find(shape, content);
   STILLRAY_RETURN_IF_ERROR(set.status());
-  const Groups groups = GroupsFor(shape_.width, shape_.height);
+  const Groups groups = GroupsFor(width_, height_);
   commands->Dispatch({pipeline.handle(), pipeline.layout(), {*set}, 1, groups.x, groups.y}, push);
   return Status::Ok();
 }
@@ -258,9 +278,14 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
                              RefTo(to.roughness),
                              RefTo(to.albedo),
                              RefTo(previous_to)};
-  const SelectPush push = {
-      select.virtual_roughness, select.image_normal,  select.virtual_motion_roughness,
-      has_other ? 1 : 0,        has_previous ? 1 : 0, facts.has_id ? 1 : 0};
+  const SelectPush push = {select.virtual_roughness,
+                           select.image_normal,
+                           select.virtual_motion_roughness,
+                           has_other ? 1 : 0,
+                           has_previous ? 1 : 0,
+                           facts.has_id ? 1 : 0,
+                           width_,
+                           height_};
   Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
   WaitForWrites(commands);
@@ -273,7 +298,8 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
                                 RefTo(to.albedo),
                                 RefTo(to.direct_moment),
                                 RefTo(to.indirect_moment)};
-    STILLRAY_RETURN_IF_ERROR(Run(commands, kRescaleMoments, moments, {}));
+    STILLRAY_RETURN_IF_ERROR(
+        Run(commands, kRescaleMoments, moments, BytesOf(RescalePush{width_, height_})));
     WaitForWrites(commands);
   }
   End(commands, &layer_times_);
@@ -292,7 +318,7 @@ Status LayerPasses::RecordRest(gpu::CommandList* commands, const FrameFacts& fac
                              picture,
                              RefTo(own.picture_motion),
                              RefTo(own.emission)};
-  const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0};
+  const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0, width_, height_};
   WaitForWrites(commands);  // of the layer's picture
   Begin(commands, kAddLayer, &rest_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kAddLayer, images, BytesOf(push)));

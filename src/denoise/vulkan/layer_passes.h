@@ -79,6 +79,8 @@ class LayerPasses {
 
   /// Makes images for frames of this shape, if necessary.
   Status Prepare(const LayerShape& shape);
+  /// The next frames have this size, at most that of the images.
+  void Resize(int width, int height);
   /// Forgets the images of frames; none may be in use by the device.
   Status ForgetInputs() { return sets_.Clear(); }
 
@@ -139,6 +141,8 @@ class LayerPasses {
   gpu::Timestamps rest_times_;
   std::array<std::optional<gpu::Pipeline>, kPassCount> pipelines_;
   LayerShape shape_;  ///< of the images
+  int width_ = 0;     ///< of the frames
+  int height_ = 0;
   std::shared_ptr<LayerImages> images_;
 };
 

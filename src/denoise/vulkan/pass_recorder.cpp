@@ -131,7 +131,10 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
   for (uint32_t i = 0; i < info.buffers; ++i) {
     content.buffers.push_back(buffers_[i]->buffer);
   }
-  const Result<VkDescriptorSet> own = sets_->Find(OwnSet(info), content);
+  // The images of other shaders are the denoiser's own, and come again.
+  const bool for_frame = in_flight_ > 0 && shader == Shader::kStoreSignal;
+  const Result<VkDescriptorSet> own =
+      for_frame ? sets_->FindForFrame(OwnSet(info), content) : sets_->Find(OwnSet(info), content);
   if (!own.ok()) {
     status_ = own.status();
     return;

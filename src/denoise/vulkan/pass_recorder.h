@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "denoise/signal_groups.h"
 #include "denoise/vulkan/frame_images.h"
 #include "gpu/command_list.h"
 #include "gpu/timestamps.h"
@@ -39,6 +40,8 @@ struct FrameInputs {
   ImageRef colour;              ///< output: R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT ...
   bool colour_is_half = false;  ///< ... as this says
   ImageRef display;             ///< output: R8G8B8A8_UNORM
+  /// Outputs in the format of `colour`: the filtered light of signals, divided by their albedos.
+  ImageRef filtered[kMostGroups];
 };
 
 /// Passes over a frame. After the first error, which is kept, no more are added.

@@ -6,6 +6,7 @@
 // remodulate: see stages/remodulate.h. Also inverts firefly compression.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
+#include "denoise/vulkan/filtered_light.glsl"
 
 layout(set = 1, binding = 0) uniform texture2DArray light;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2D picture_out;
@@ -15,17 +16,7 @@ layout(push_constant) uniform Push {
 };
 
 vec3 Radiance(int s, ivec2 p) {
-  vec3 c = texelFetch(light, ivec3(p, s), 0).xyz / exposure[s];
-  if (demodulate.firefly == 2) {
-    c *= ExpandScale(c.x);
-  }
-  vec3 rgb = vec3(
-      c.y, demodulate.luminance_rec601 != 0 ? Green601(c.x, c.y, c.z) : Green709(c.x, c.y, c.z),
-      c.z);
-  if (by_channel != 0) {
-    rgb = vec3(0.0f);
-    rgb[ChannelOf(s)] = c.x;
-  }
+  vec3 rgb = FilteredLight(texelFetch(light, ivec3(p, s), 0).xyz, s);
   if (AlbedosOf(s) != 0) {
     vec3 factor = AlbedoSum(s, p);
     for (int c = 0; c < 3; ++c) {

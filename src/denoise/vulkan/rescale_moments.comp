@@ -16,9 +16,14 @@ layout(set = 0, binding = 5) uniform texture2D selected_albedo;
 layout(set = 0, binding = 6, r32f) writeonly uniform image2D direct_out;
 layout(set = 0, binding = 7, r32f) writeonly uniform image2D indirect_out;
 
+layout(push_constant) uniform Push {
+  int width;
+  int height;
+};
+
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  ivec2 size = imageSize(direct_out);
+  ivec2 size = ivec2(width, height);
   if (p.x >= size.x || p.y >= size.y) {
     return;
   }

@@ -38,6 +38,8 @@ layout(push_constant) uniform Push {
   int has_other_albedo;     // 0: it is black
   int has_previous_normal;  // 0: the last image must not be written
   int has_id;               // 0: ids are 0
+  int width;
+  int height;
 };
 
 vec3 SelectedNormal(bool image, ivec2 p) {
@@ -101,7 +103,7 @@ vec2 ImageMotionOnSurface(ivec2 p, float depth, ivec2 size) {
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  ivec2 size = imageSize(depth_out);
+  ivec2 size = ivec2(width, height);
   if (p.x >= size.x || p.y >= size.y) {
     return;
   }

@@ -43,6 +43,9 @@
   X(SplineCoefficients, "antialias", 1, 1, 0, 0, kNone, kNone)            \
   X(Antialias, "antialias", 12, 2, 0, 4, kRead, kNone)                    \
   X(Tonemap, "tonemap", 1, 0, 0, 0, kRead, kNone)                         \
+  X(ResampleGuides, "resample", 4, 4, 0, 8, kNone, kNone)                 \
+  X(ResampleHistory, "resample", 5, 4, 0, 8, kNone, kNone)                \
+  X(StoreSignal, "remodulate", 1, 2, 0, 4, kRead, kNone)                  \
   X(FindKnown, "fill_guides", 0, 0, 1, 0, kWritten, kNone)                \
   X(RejectGhosts, "fill_guides", 3, 0, 2, 0, kRead, kNone)                \
   X(DownsampleLevel, "fill_guides", 0, 0, 1, 16, kRead, kNone)            \
@@ -58,6 +61,7 @@
 /// Those that write surfaces: their code depends on the format of normals.
 #define STILLRAY_SURFACE_WRITERS(X) \
   X(PrepareGuides)                  \
+  X(ResampleGuides)                 \
   X(CompareHistory)                 \
   X(MeasureEnergy)
 

@@ -58,6 +58,9 @@ enum class Shader : uint8_t {
   kSplineCoefficients,
   kAntialias,
   kTonemap,
+  kResampleGuides,
+  kResampleHistory,
+  kStoreSignal,
   // Of fill_guides; created only if guides may be incomplete:
   kFindKnown,
   kRejectGhosts,

@@ -32,11 +32,11 @@ bool IsGiven(const VulkanImage& image) {
   return image.view != VK_NULL_HANDLE;
 }
 
-FrameFacts FactsOf(const VulkanFrame& frame, const vulkan::Shape& shape) {
+FrameFacts FactsOf(const VulkanFrame& frame, FramePipeline::Size size) {
   FrameFacts facts;
   facts.index = frame.index;
-  facts.width = shape.width;
-  facts.height = shape.height;
+  facts.width = size.width;
+  facts.height = size.height;
   facts.focal_pixels = frame.focal_pixels;
   facts.jitter_x = frame.jitter_x;
   facts.jitter_y = frame.jitter_y;
@@ -83,6 +83,10 @@ FrameInputs InputsOf(const VulkanFrame& frame) {
   in.colour = RefTo(frame.colour);
   in.colour_is_half = frame.colour_is_half;
   in.display = RefTo(frame.display);
+  static_assert(kVulkanSignals == static_cast<int>(kMostGroups));
+  for (size_t s = 0; s < kMostGroups; ++s) {
+    in.filtered[s] = RefTo(frame.filtered[s]);
+  }
   return in;
 }
 
@@ -255,6 +259,7 @@ struct VirtualLayer {
     layer_inputs.colour = picture();
     layer_inputs.colour_is_half = false;
     layer_inputs.display = {};
+    std::fill(std::begin(layer_inputs.filtered), std::end(layer_inputs.filtered), ImageRef());
     const FramePlan plan = MakePlan(SettingsOfLayer(settings), of_layer, pipeline->progress());
     return pipeline->Record(commands, plan, of_layer, layer_inputs, nullptr);
   }
@@ -271,6 +276,39 @@ struct VirtualLayer {
  private:
   ImageRef picture() const { return vulkan::RefTo(passes->images()->picture); }
 };
+
+/// Checks the size, and the outputs of signals. \param most  the size of the images
+/// \param layers  of the frame, whose light has no output
+Status CheckOutputs(const VulkanFrame& frame, FramePipeline::Size most,
+                    std::span<const SignalGroup> groups, const LayerList& layers) {
+  const bool fits = frame.width >= 0 && frame.height >= 0 && frame.width <= most.width &&
+                    frame.height <= most.height && (frame.width == 0) == (frame.height == 0);
+  if (!fits) {
+    return Status::InvalidArgument(
+        fmt::format("frame {}: it is {}x{}, expected 1x1 to {}x{}, or 0x0 for the latter",
+                    frame.index, frame.width, frame.height, most.width, most.height));
+  }
+  for (size_t s = 0; s < kMostGroups; ++s) {
+    if (!IsGiven(frame.filtered[s])) {
+      continue;
+    }
+    if (s >= groups.size()) {
+      return Status::InvalidArgument(
+          fmt::format("frame {}: image 'filtered[{}]' is given, but there are {} signals",
+                      frame.index, s, groups.size()));
+    }
+    for (const PlannedLayer& layer : layers) {
+      if (std::ranges::any_of(groups[s].kinds,
+                              [&](SignalKind kind) { return IsLightOf(layer.guides, kind); })) {
+        return Status::InvalidArgument(fmt::format(
+            "frame {}: image 'filtered[{}]' is given, but the light of the signal '{}' has virtual "
+            "guides",
+            frame.index, s, groups[s].name));
+      }
+    }
+  }
+  return Status::Ok();
+}
 
 /// The layers that frames may have with these options.
 std::vector<GuideSource> LayersOf(const VulkanOptions& options) {
@@ -397,6 +435,7 @@ struct VulkanDenoiser::Impl {
   Status AddFrame(const VulkanFrame& frame, FrameFacts facts);
   Checkpoint checkpoint() const;
   void GoBackTo(const Checkpoint& checkpoint);
+  void Resize(int width, int height);
   void Reset();
 };
 
@@ -454,6 +493,7 @@ Status VulkanDenoiser::Impl::RecordLayers(const VulkanFrame& frame, FrameFacts* 
 
 /// Adds the commands of the frame to the list.
 Status VulkanDenoiser::Impl::AddFrame(const VulkanFrame& frame, FrameFacts facts) {
+  Resize(facts.width, facts.height);
   if (UseLayers(facts)) {
     Reset();  // each history has another part of the light
   }
@@ -477,7 +517,16 @@ void VulkanDenoiser::Impl::GoBackTo(const Checkpoint& checkpoint) {
   for (size_t i = 0; i < layers.size(); ++i) {
     layers[i]->pipeline->GoBackTo(checkpoint.layers[i].pipeline);
     layers[i]->passes->GoBackTo(checkpoint.layers[i].frames);
+    layers[i]->passes->Resize(checkpoint.pipeline.size.width, checkpoint.pipeline.size.height);
     layers[i]->was_used = checkpoint.layers[i].was_used;
+  }
+}
+
+void VulkanDenoiser::Impl::Resize(int width, int height) {
+  pipeline->Resize(width, height);
+  for (const auto& layer : layers) {
+    layer->pipeline->Resize(width, height);
+    layer->passes->Resize(width, height);
   }
 }
 
@@ -539,12 +588,16 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
   if (commands == VK_NULL_HANDLE) {
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
-  FrameFacts facts = FactsOf(frame, impl_->pipeline->shape());
+  const FramePipeline::Size most = impl_->pipeline->most();
+  FrameFacts facts =
+      FactsOf(frame, frame.width > 0 ? FramePipeline::Size{frame.width, frame.height} : most);
   const bool jittered = IsJittered(facts) || impl_->pipeline->progress().jittered;
   STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
                                       impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
   STILLRAY_RETURN_IF_ERROR(impl_->CheckLayers(frame, facts));
+  STILLRAY_RETURN_IF_ERROR(
+      CheckOutputs(frame, most, impl_->pipeline->groups(), LayersOf(impl_->settings, facts)));
   const Impl::Checkpoint before = impl_->checkpoint();
   const Status added = impl_->AddFrame(frame, facts);
   if (!added.ok()) {
@@ -559,7 +612,7 @@ Status VulkanDenoiser::SetSettings(const Settings& settings) {
   STILLRAY_RETURN_IF_ERROR(ValidateSettings(settings));
   STILLRAY_RETURN_IF_ERROR(CheckDeviceSettings(settings));
   const auto fits = [](const FramePipeline& pipeline, const Settings& s) {
-    return pipeline.Fits(s, pipeline.shape().width, pipeline.shape().height,
+    return pipeline.Fits(s, pipeline.most().width, pipeline.most().height,
                          pipeline.has_transmission());
   };
   FramePipeline& pipeline = *impl_->pipeline;

@@ -125,6 +125,14 @@ Result<std::unique_ptr<FillGuidesPass>> FillGuidesPass::Create(const gpu::Device
   return made;
 }
 
+void FillGuidesPass::Resize(int width, int height) {
+  if (width != options_.width || height != options_.height) {
+    options_.width = width;
+    options_.height = height;
+    Reset();
+  }
+}
+
 void FillGuidesPass::Begin(const FrameFacts& facts, FrameParameters* p) {
   const uint32_t colours = ColoursOf(facts);
   Kinds& kinds = progress_.kinds;

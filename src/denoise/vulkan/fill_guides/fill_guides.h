@@ -42,6 +42,8 @@ class FillGuidesPass {
   /// Records the passes; the frame's inputs must be in use.
   /// \return the inputs with filled images in place of the frame's own
   FrameInputs Record(PassRecorder* recorder, const FrameInputs& inputs, const gpu::Buffer& state);
+  /// The next frames have this size, at most that of the options. Drops held guides if it is new.
+  void Resize(int width, int height);
   /// Drops held guides.
   void Reset() { progress_.kinds.any = false; }
 
