@@ -2,9 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // stillray within a renderer's Vulkan frame: a compute shader renders a noisy picture and its
-// guides, and the denoiser filters it, both in one command buffer, without a copy.
+// guides, and the denoiser filters it, both in one command buffer, without a copy. Three frames are
+// in flight, and the resolution changes while they are.
 //
-//   denoise_vulkan [FOLDER]     writes noisy.ppm and denoised.ppm there; prints the errors of both
+//   denoise_vulkan [FOLDER]     writes noisy.ppm and denoised.ppm there; prints the errors of both,
+//                               and those around the changes of the resolution
 #include <vulkan/vulkan.h>
 
 #include <cmath>
@@ -19,9 +21,23 @@
 
 namespace {
 
+// The largest frame; images have this size.
 constexpr uint32_t kWidth = 320;
 constexpr uint32_t kHeight = 180;
-constexpr int kFrames = 32;
+constexpr int kFrames = 64;
+constexpr int kInFlight = 3;
+
+struct Size {
+  uint32_t width;
+  uint32_t height;
+};
+
+/// Dynamic resolution: frames 24 to 39 are smaller.
+constexpr int kSmaller = 24;
+constexpr int kLargeAgain = 40;
+Size SizeOf(int frame) {
+  return frame >= kSmaller && frame < kLargeAgain ? Size{256, 144} : Size{kWidth, kHeight};
+}
 
 void Check(VkResult result, const char* what) {
   if (result != VK_SUCCESS) {
@@ -38,8 +54,6 @@ struct Renderer {
   VkQueue queue = VK_NULL_HANDLE;
   uint32_t family = 0;
   VkCommandPool pool = VK_NULL_HANDLE;
-  VkCommandBuffer commands = VK_NULL_HANDLE;
-  VkFence fence = VK_NULL_HANDLE;
 };
 
 void MakeDevice(Renderer* r) {
@@ -83,15 +97,6 @@ void MakeDevice(Renderer* r) {
   pool.flags = VK_COMMAND_POOL_CREATE_RESET_COMMAND_BUFFER_BIT;
   pool.queueFamilyIndex = r->family;
   Check(vkCreateCommandPool(r->device, &pool, nullptr, &r->pool), "vkCreateCommandPool");
-  VkCommandBufferAllocateInfo buffer = {};
-  buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
-  buffer.commandPool = r->pool;
-  buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
-  buffer.commandBufferCount = 1;
-  Check(vkAllocateCommandBuffers(r->device, &buffer, &r->commands), "vkAllocateCommandBuffers");
-  VkFenceCreateInfo fence = {};
-  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
-  Check(vkCreateFence(r->device, &fence, nullptr, &r->fence), "vkCreateFence");
 }
 
 VkDeviceMemory Allocate(const Renderer& r, const VkMemoryRequirements& need,
@@ -145,65 +150,41 @@ Image MakeImage(const Renderer& r, VkFormat format) {
   return made;
 }
 
-/// The outputs of the scene's shader, in the order of its bindings.
-struct GBuffer {
-  Image light, depth, normal, albedo, motion;
-  VkDescriptorPool pool = VK_NULL_HANDLE;
+constexpr uint32_t kGuides = 5;
+
+/// The shader that renders the scene.
+struct Scene {
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-  VkDescriptorSet set = VK_NULL_HANDLE;
   VkPipelineLayout pipeline_layout = VK_NULL_HANDLE;
   VkPipeline pipeline = VK_NULL_HANDLE;
 };
 
-GBuffer MakeGBuffer(const Renderer& r) {
-  GBuffer g;
-  g.light = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
-  g.depth = MakeImage(r, VK_FORMAT_R32_SFLOAT);
-  g.normal = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
-  g.albedo = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
-  g.motion = MakeImage(r, VK_FORMAT_R16G16_SFLOAT);
-  const Image* images[] = {&g.light, &g.depth, &g.normal, &g.albedo, &g.motion};
-  VkDescriptorSetLayoutBinding bindings[5];
-  for (uint32_t i = 0; i < 5; ++i) {
+struct ScenePush {
+  uint32_t frame;
+  uint32_t noisy;
+  Size size;
+};
+
+Scene MakeScene(const Renderer& r) {
+  Scene scene;
+  VkDescriptorSetLayoutBinding bindings[kGuides];
+  for (uint32_t i = 0; i < kGuides; ++i) {
     bindings[i] = {i, VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 1, VK_SHADER_STAGE_COMPUTE_BIT, nullptr};
   }
   VkDescriptorSetLayoutCreateInfo layout = {};
   layout.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;
-  layout.bindingCount = 5;
+  layout.bindingCount = kGuides;
   layout.pBindings = bindings;
-  Check(vkCreateDescriptorSetLayout(r.device, &layout, nullptr, &g.layout), "layout");
-  const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 5};
-  VkDescriptorPoolCreateInfo pool = {};
-  pool.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
-  pool.maxSets = 1;
-  pool.poolSizeCount = 1;
-  pool.pPoolSizes = &size;
-  Check(vkCreateDescriptorPool(r.device, &pool, nullptr, &g.pool), "vkCreateDescriptorPool");
-  VkDescriptorSetAllocateInfo set = {};
-  set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
-  set.descriptorPool = g.pool;
-  set.descriptorSetCount = 1;
-  set.pSetLayouts = &g.layout;
-  Check(vkAllocateDescriptorSets(r.device, &set, &g.set), "vkAllocateDescriptorSets");
-  for (uint32_t i = 0; i < 5; ++i) {
-    const VkDescriptorImageInfo shown = {VK_NULL_HANDLE, images[i]->view, VK_IMAGE_LAYOUT_GENERAL};
-    VkWriteDescriptorSet write = {};
-    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
-    write.dstSet = g.set;
-    write.dstBinding = i;
-    write.descriptorCount = 1;
-    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
-    write.pImageInfo = &shown;
-    vkUpdateDescriptorSets(r.device, 1, &write, 0, nullptr);
-  }
-  const VkPushConstantRange push = {VK_SHADER_STAGE_COMPUTE_BIT, 0, 8};
+  Check(vkCreateDescriptorSetLayout(r.device, &layout, nullptr, &scene.layout), "layout");
+  const VkPushConstantRange push = {VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(ScenePush)};
   VkPipelineLayoutCreateInfo pipeline_layout = {};
   pipeline_layout.sType = VK_STRUCTURE_TYPE_PIPELINE_LAYOUT_CREATE_INFO;
   pipeline_layout.setLayoutCount = 1;
-  pipeline_layout.pSetLayouts = &g.layout;
+  pipeline_layout.pSetLayouts = &scene.layout;
   pipeline_layout.pushConstantRangeCount = 1;
   pipeline_layout.pPushConstantRanges = &push;
-  Check(vkCreatePipelineLayout(r.device, &pipeline_layout, nullptr, &g.pipeline_layout), "layout");
+  Check(vkCreatePipelineLayout(r.device, &pipeline_layout, nullptr, &scene.pipeline_layout),
+        "layout");
   VkShaderModuleCreateInfo code = {};
   code.sType = VK_STRUCTURE_TYPE_SHADER_MODULE_CREATE_INFO;
   code.codeSize = sizeof(kNoisyScene);
@@ -216,10 +197,52 @@ GBuffer MakeGBuffer(const Renderer& r) {
   pipeline.stage.stage = VK_SHADER_STAGE_COMPUTE_BIT;
   pipeline.stage.module = module;
   pipeline.stage.pName = "main";
-  pipeline.layout = g.pipeline_layout;
-  Check(vkCreateComputePipelines(r.device, VK_NULL_HANDLE, 1, &pipeline, nullptr, &g.pipeline),
+  pipeline.layout = scene.pipeline_layout;
+  Check(vkCreateComputePipelines(r.device, VK_NULL_HANDLE, 1, &pipeline, nullptr, &scene.pipeline),
         "vkCreateComputePipelines");
   vkDestroyShaderModule(r.device, module, nullptr);
+  return scene;
+}
+
+/// The outputs of the scene's shader, in the order of its bindings.
+struct GBuffer {
+  Image light, depth, normal, albedo, motion;
+  VkDescriptorSet set = VK_NULL_HANDLE;
+};
+
+GBuffer MakeGBuffer(const Renderer& r, const Scene& scene) {
+  GBuffer g;
+  g.light = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
+  g.depth = MakeImage(r, VK_FORMAT_R32_SFLOAT);
+  g.normal = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
+  g.albedo = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
+  g.motion = MakeImage(r, VK_FORMAT_R16G16_SFLOAT);
+  const VkDescriptorPoolSize size = {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, kGuides};
+  VkDescriptorPoolCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_POOL_CREATE_INFO;
+  info.maxSets = 1;
+  info.poolSizeCount = 1;
+  info.pPoolSizes = &size;
+  VkDescriptorPool pool = VK_NULL_HANDLE;
+  Check(vkCreateDescriptorPool(r.device, &info, nullptr, &pool), "vkCreateDescriptorPool");
+  VkDescriptorSetAllocateInfo set = {};
+  set.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_ALLOCATE_INFO;
+  set.descriptorPool = pool;
+  set.descriptorSetCount = 1;
+  set.pSetLayouts = &scene.layout;
+  Check(vkAllocateDescriptorSets(r.device, &set, &g.set), "vkAllocateDescriptorSets");
+  const Image* images[kGuides] = {&g.light, &g.depth, &g.normal, &g.albedo, &g.motion};
+  for (uint32_t i = 0; i < kGuides; ++i) {
+    const VkDescriptorImageInfo shown = {VK_NULL_HANDLE, images[i]->view, VK_IMAGE_LAYOUT_GENERAL};
+    VkWriteDescriptorSet write = {};
+    write.sType = VK_STRUCTURE_TYPE_WRITE_DESCRIPTOR_SET;
+    write.dstSet = g.set;
+    write.dstBinding = i;
+    write.descriptorCount = 1;
+    write.descriptorType = VK_DESCRIPTOR_TYPE_STORAGE_IMAGE;
+    write.pImageInfo = &shown;
+    vkUpdateDescriptorSets(r.device, 1, &write, 0, nullptr);
+  }
   return g;
 }
 
@@ -245,7 +268,7 @@ void ToGeneral(VkCommandBuffer commands, const Image& image) {
                        &barrier);
 }
 
-/// Four halves per pixel, read by the host.
+/// Four halves per pixel of a frame, read by the host.
 struct Readback {
   VkBuffer buffer = VK_NULL_HANDLE;
   const uint16_t* values = nullptr;
@@ -277,9 +300,9 @@ float HalfToFloat(uint16_t half) {
   return (half & 0x8000) != 0 ? -size : size;
 }
 
-std::vector<float> Values(const Readback& readback) {
+std::vector<float> Values(const Readback& readback, Size size) {
   std::vector<float> rgb;
-  for (uint32_t i = 0; i < kWidth * kHeight; ++i) {
+  for (uint32_t i = 0; i < size.width * size.height; ++i) {
     for (uint32_t c = 0; c < 3; ++c) {
       rgb.push_back(HalfToFloat(readback.values[4 * i + c]));
     }
@@ -308,44 +331,138 @@ void WritePpm(const std::string& path, const std::vector<float>& rgb) {
   std::fclose(file);
 }
 
-/// Records the scene, the filter and the copy of a picture; runs all and waits.
-template <typename Record>
-void RunFrame(const Renderer& r, const Record& record) {
+/// One frame on its way to the device, with images of its own.
+struct Flight {
+  VkCommandBuffer commands = VK_NULL_HANDLE;
+  VkFence fence = VK_NULL_HANDLE;
+  GBuffer guides;
+  Image colour;
+  Readback readback;
+  int frame = -1;  ///< not yet finished; -1: none
+};
+
+void Begin(const Flight& flight) {
   VkCommandBufferBeginInfo begin = {};
   begin.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_BEGIN_INFO;
   begin.flags = VK_COMMAND_BUFFER_USAGE_ONE_TIME_SUBMIT_BIT;
-  Check(vkBeginCommandBuffer(r.commands, &begin), "vkBeginCommandBuffer");
-  record(r.commands);
-  Check(vkEndCommandBuffer(r.commands), "vkEndCommandBuffer");
+  Check(vkBeginCommandBuffer(flight.commands, &begin), "vkBeginCommandBuffer");
+}
+
+void Submit(const Renderer& r, const Flight& flight) {
+  Check(vkEndCommandBuffer(flight.commands), "vkEndCommandBuffer");
   VkSubmitInfo submit = {};
   submit.sType = VK_STRUCTURE_TYPE_SUBMIT_INFO;
   submit.commandBufferCount = 1;
-  submit.pCommandBuffers = &r.commands;
-  Check(vkQueueSubmit(r.queue, 1, &submit, r.fence), "vkQueueSubmit");
-  Check(vkWaitForFences(r.device, 1, &r.fence, VK_TRUE, UINT64_MAX), "vkWaitForFences");
-  Check(vkResetFences(r.device, 1, &r.fence), "vkResetFences");
+  submit.pCommandBuffers = &flight.commands;
+  Check(vkQueueSubmit(r.queue, 1, &submit, flight.fence), "vkQueueSubmit");
 }
 
-void RenderScene(const GBuffer& g, VkCommandBuffer commands, uint32_t frame, bool noisy) {
-  const uint32_t push[] = {frame, noisy ? 1u : 0u};
-  vkCmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, g.pipeline);
-  vkCmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, g.pipeline_layout, 0, 1, &g.set,
-                          0, nullptr);
-  vkCmdPushConstants(commands, g.pipeline_layout, VK_SHADER_STAGE_COMPUTE_BIT, 0, sizeof(push),
-                     push);
-  vkCmdDispatch(commands, (kWidth + 7) / 8, (kHeight + 7) / 8, 1);
+void Wait(const Renderer& r, const Flight& flight) {
+  Check(vkWaitForFences(r.device, 1, &flight.fence, VK_TRUE, UINT64_MAX), "vkWaitForFences");
+  Check(vkResetFences(r.device, 1, &flight.fence), "vkResetFences");
 }
 
-void CopyOut(VkCommandBuffer commands, const Image& image, const Readback& readback) {
-  Barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+Flight MakeFlight(const Renderer& r, const Scene& scene) {
+  Flight flight;
+  VkCommandBufferAllocateInfo buffer = {};
+  buffer.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
+  buffer.commandPool = r.pool;
+  buffer.level = VK_COMMAND_BUFFER_LEVEL_PRIMARY;
+  buffer.commandBufferCount = 1;
+  Check(vkAllocateCommandBuffers(r.device, &buffer, &flight.commands), "vkAllocateCommandBuffers");
+  VkFenceCreateInfo fence = {};
+  fence.sType = VK_STRUCTURE_TYPE_FENCE_CREATE_INFO;
+  Check(vkCreateFence(r.device, &fence, nullptr, &flight.fence), "vkCreateFence");
+  flight.guides = MakeGBuffer(r, scene);
+  flight.colour = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
+  flight.readback = MakeReadback(r);
+  const GBuffer& g = flight.guides;
+  Begin(flight);
+  for (const Image& image : {g.light, g.depth, g.normal, g.albedo, g.motion, flight.colour}) {
+    ToGeneral(flight.commands, image);
+  }
+  Submit(r, flight);
+  Wait(r, flight);
+  return flight;
+}
+
+void RenderScene(const Scene& scene, const Flight& flight, const ScenePush& push) {
+  vkCmdBindPipeline(flight.commands, VK_PIPELINE_BIND_POINT_COMPUTE, scene.pipeline);
+  vkCmdBindDescriptorSets(flight.commands, VK_PIPELINE_BIND_POINT_COMPUTE, scene.pipeline_layout, 0,
+                          1, &flight.guides.set, 0, nullptr);
+  vkCmdPushConstants(flight.commands, scene.pipeline_layout, VK_SHADER_STAGE_COMPUTE_BIT, 0,
+                     sizeof(push), &push);
+  vkCmdDispatch(flight.commands, (push.size.width + 7) / 8, (push.size.height + 7) / 8, 1);
+}
+
+void CopyOut(const Flight& flight, const Image& image, Size size) {
+  Barrier(flight.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
           VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_READ_BIT);
   VkBufferImageCopy region = {};
   region.imageSubresource = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 0, 1};
-  region.imageExtent = {kWidth, kHeight, 1};
-  vkCmdCopyImageToBuffer(commands, image.image, VK_IMAGE_LAYOUT_GENERAL, readback.buffer, 1,
-                         &region);
-  Barrier(commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
+  region.imageExtent = {size.width, size.height, 1};
+  vkCmdCopyImageToBuffer(flight.commands, image.image, VK_IMAGE_LAYOUT_GENERAL,
+                         flight.readback.buffer, 1, &region);
+  Barrier(flight.commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
           VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
+}
+
+/// The scene without the denoiser.
+std::vector<float> Light(const Renderer& r, const Scene& scene, const Flight& flight,
+                         const ScenePush& push) {
+  Begin(flight);
+  RenderScene(scene, flight, push);
+  CopyOut(flight, flight.guides.light, push.size);
+  Submit(r, flight);
+  Wait(r, flight);
+  return Values(flight.readback, push.size);
+}
+
+void RecordFrame(const Scene& scene, const Flight& flight, int index,
+                 stillray::VulkanDenoiser* denoiser) {
+  const Size size = SizeOf(index);
+  RenderScene(scene, flight, {static_cast<uint32_t>(index), 1, size});
+  Barrier(flight.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
+          VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
+  const GBuffer& g = flight.guides;
+  stillray::VulkanFrame frame;
+  frame.index = index;
+  frame.width = static_cast<int>(size.width);
+  frame.height = static_cast<int>(size.height);
+  frame.lights[static_cast<int>(stillray::SignalKind::kDirectDiffuse)] = {g.light.view};
+  frame.depth = {g.depth.view};
+  frame.normal = {g.normal.view};
+  frame.albedo = {g.albedo.view};
+  frame.motion = {g.motion.view};
+  frame.colour = {flight.colour.view};
+  frame.colour_is_half = true;
+  const stillray::Status recorded = denoiser->Record(flight.commands, frame);
+  if (!recorded.ok()) {
+    std::fprintf(stderr, "%s\n", recorded.message().c_str());
+    std::exit(1);
+  }
+  CopyOut(flight, flight.colour, size);
+}
+
+stillray::VulkanDenoiser MakeDenoiser(const Renderer& r) {
+  const stillray::VulkanContext context = {r.instance, r.physical, r.device,
+                                           &vkGetInstanceProcAddr};
+  stillray::VulkanOptions options;
+  options.settings = stillray::PresetSettings("default").value();
+  options.settings.signals = stillray::SignalGrouping::kSingle;
+  options.width = kWidth;
+  options.height = kHeight;
+  options.frames_in_flight = kInFlight;
+  const auto need = stillray::VulkanDenoiser::MemoryNeed(context, options);
+  auto made = stillray::VulkanDenoiser::Create(context, options);
+  if (!need.ok() || !made.ok()) {
+    const std::string& message = need.ok() ? made.status().message() : need.status().message();
+    std::fprintf(stderr, "%s\n", message.c_str());
+    std::exit(1);
+  }
+  std::printf("the denoiser takes %.1f MB in %u allocations\n",
+              static_cast<double>(need->bytes) / 1e6, need->allocations);
+  return std::move(made.value());
 }
 
 }  // namespace
@@ -354,70 +471,38 @@ int main(int argc, char** argv) {
   const std::string folder = argc > 1 ? std::string(argv[1]) + "/" : "";
   Renderer r;
   MakeDevice(&r);
-  const GBuffer g = MakeGBuffer(r);
-  const Image colour = MakeImage(r, VK_FORMAT_R16G16B16A16_SFLOAT);
-  const Readback readback = MakeReadback(r);
-  RunFrame(r, [&](VkCommandBuffer commands) {
-    for (const Image* image : {&g.light, &g.depth, &g.normal, &g.albedo, &g.motion, &colour}) {
-      ToGeneral(commands, *image);
+  const Scene scene = MakeScene(r);
+  std::vector<Flight> flights;
+  for (int i = 0; i < kInFlight; ++i) {
+    flights.push_back(MakeFlight(r, scene));
+  }
+  stillray::VulkanDenoiser denoiser = MakeDenoiser(r);
+  std::vector<std::vector<float>> pictures(kFrames);
+  for (int i = 0; i < kFrames + kInFlight; ++i) {
+    Flight& flight = flights[static_cast<size_t>(i % kInFlight)];
+    if (flight.frame >= 0) {  // the frame before the last ones: its images are free afterwards
+      Wait(r, flight);
+      pictures[static_cast<size_t>(flight.frame)] = Values(flight.readback, SizeOf(flight.frame));
+      flight.frame = -1;
     }
-  });
-
-  const stillray::VulkanContext context = {r.instance, r.physical, r.device,
-                                           &vkGetInstanceProcAddr};
-  stillray::VulkanOptions options;
-  options.settings = stillray::PresetSettings("default").value();
-  options.settings.signals = stillray::SignalGrouping::kSingle;
-  options.width = kWidth;
-  options.height = kHeight;
-  const auto need = stillray::VulkanDenoiser::MemoryNeed(context, options);
-  auto made = stillray::VulkanDenoiser::Create(context, options);
-  if (!need.ok() || !made.ok()) {
-    const std::string& message = need.ok() ? made.status().message() : need.status().message();
-    std::fprintf(stderr, "%s\n", message.c_str());
-    return 1;
+    if (i < kFrames) {
+      flight.frame = i;
+      Begin(flight);
+      RecordFrame(scene, flight, i, &denoiser);
+      Submit(r, flight);
+    }
   }
-  stillray::VulkanDenoiser denoiser = std::move(made.value());
-  std::printf("the denoiser takes %.1f MB in %u allocations\n",
-              static_cast<double>(need->bytes) / 1e6, need->allocations);
-
-  stillray::VulkanFrame frame;
-  frame.lights[static_cast<int>(stillray::SignalKind::kDirectDiffuse)] = {g.light.view};
-  frame.depth = {g.depth.view};
-  frame.normal = {g.normal.view};
-  frame.albedo = {g.albedo.view};
-  frame.motion = {g.motion.view};
-  frame.colour = {colour.view};
-  frame.colour_is_half = true;
-  std::vector<float> noisy;
-  for (int i = 0; i < kFrames; ++i) {
-    RunFrame(r, [&](VkCommandBuffer commands) {
-      RenderScene(g, commands, static_cast<uint32_t>(i), true);
-      Barrier(commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT,
-              VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_READ_BIT);
-      frame.index = i;
-      const stillray::Status recorded = denoiser.Record(commands, frame);
-      if (!recorded.ok()) {
-        std::fprintf(stderr, "%s\n", recorded.message().c_str());
-        std::exit(1);
-      }
-      CopyOut(commands, colour, readback);
-    });
+  const auto clean = [&](Size size) { return Light(r, scene, flights[0], {0, 0, size}); };
+  for (const int i : {0, kSmaller - 1, kSmaller, kLargeAgain - 1, kLargeAgain}) {
+    const Size size = SizeOf(i);
+    std::printf("frame %d, %ux%u: rms %.4f\n", i, size.width, size.height,
+                RmsError(pictures[static_cast<size_t>(i)], clean(size)));
   }
-  const std::vector<float> denoised = Values(readback);
-  RunFrame(r, [&](VkCommandBuffer commands) {
-    RenderScene(g, commands, kFrames, true);
-    CopyOut(commands, g.light, readback);
-  });
-  noisy = Values(readback);
-  RunFrame(r, [&](VkCommandBuffer commands) {
-    RenderScene(g, commands, 0, false);
-    CopyOut(commands, g.light, readback);
-  });
-  const std::vector<float> clean = Values(readback);
-  std::printf("rms error: noisy %.4f denoised %.4f\n", RmsError(noisy, clean),
-              RmsError(denoised, clean));
+  const Size size = {kWidth, kHeight};
+  const std::vector<float> noisy = Light(r, scene, flights[0], {kFrames, 1, size});
+  std::printf("rms error: noisy %.4f denoised %.4f\n", RmsError(noisy, clean(size)),
+              RmsError(pictures.back(), clean(size)));
   WritePpm(folder + "noisy.ppm", noisy);
-  WritePpm(folder + "denoised.ppm", denoised);
+  WritePpm(folder + "denoised.ppm", pictures.back());
   return 0;
 }

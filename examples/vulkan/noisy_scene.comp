@@ -12,6 +12,7 @@ layout(set = 0, binding = 4, rg16f) writeonly uniform image2D motion_image;
 layout(push_constant) uniform Push {
   uint frame;
   uint noisy;
+  ivec2 size;  // of the frame; images may be larger
 };
 
 const vec3 kBall = vec3(0.0, 0.0, 4.0);
@@ -35,7 +36,6 @@ float HitBall(vec3 origin, vec3 direction) {
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  ivec2 size = imageSize(light_image);
   if (p.x >= size.x || p.y >= size.y) {
     return;
   }

@@ -116,9 +116,8 @@ TEST_F(Packed, ResultsMayBeHalves) {
   gpu::Arena arena(&device_->context());
   const gpu::Image* halves =
       *arena.AddImage(VK_FORMAT_R16G16B16A16_SFLOAT, kRendererWidth, kRendererHeight, 0);
-  const gpu::Buffer* bytes =
-      *arena.AddBuffer(size_t{kRendererWidth} * kRendererHeight * 8, 0,
-                       gpu::BufferPlace::kDownload);
+  const gpu::Buffer* bytes = *arena.AddBuffer(size_t{kRendererWidth} * kRendererHeight * 8, 0,
+                                              gpu::BufferPlace::kDownload);
   ASSERT_TRUE(arena.Allocate().ok());
   const VulkanOptions o = options("default", 1);
   Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), o);

@@ -85,7 +85,8 @@ class RendererTest : public DeviceTest {
     arena_ = std::make_unique<gpu::Arena>(&device_->context());
     slots_.resize(slot_count);
     for (Slot& slot : slots_) {
-      slot.colour = *arena_->AddImage(VK_FORMAT_R32G32B32A32_SFLOAT, kRendererWidth, kRendererHeight, 0);
+      slot.colour =
+          *arena_->AddImage(VK_FORMAT_R32G32B32A32_SFLOAT, kRendererWidth, kRendererHeight, 0);
       slot.bytes = *arena_->AddBuffer(kBytes, 0, gpu::BufferPlace::kDownload);
       VkCommandBufferAllocateInfo info = {};
       info.sType = VK_STRUCTURE_TYPE_COMMAND_BUFFER_ALLOCATE_INFO;
@@ -136,7 +137,7 @@ class RendererTest : public DeviceTest {
     const Frame& there = on_device_[static_cast<size_t>(index) % on_device_.size()];
     VulkanFrame frame =
         EmbeddedFrame(HostFrame(index), *gpu::FrameOn(*device_, there),
-                            [&](const gpu::Image& image) { return FreshView(image, slot); });
+                      [&](const gpu::Image& image) { return FreshView(image, slot); });
     frame.colour = FreshView(*slot->colour, slot);
     frame.width = there.width;
     frame.height = there.height;
@@ -185,7 +186,7 @@ class RendererTest : public DeviceTest {
     Image3 picture(width, height);
     for (int c = 0; c < 3; ++c) {
       FillImage(&picture[c],
-                      [&](int x, int y) { return pixels[4 * (y * kRendererWidth + x) + c]; });
+                [&](int x, int y) { return pixels[4 * (y * kRendererWidth + x) + c]; });
     }
     return picture;
   }

@@ -228,7 +228,8 @@ TEST_F(ResizedFrames, GuidesAreFilledAtAllSizes) {
 
 /// Sum of a pixel's filtered signals times their albedos, with what is not filtered.
 float Composed(const Frame& f, const std::vector<Image3>& filtered, int x, int y, int c) {
-  double sum = static_cast<double>(f.emission[c](x, y)) + static_cast<double>(f.background[c](x, y));
+  double sum =
+      static_cast<double>(f.emission[c](x, y)) + static_cast<double>(f.background[c](x, y));
   for (size_t s = 0; s < filtered.size(); ++s) {
     const Image3& albedo = s + 1 < filtered.size() ? f.guides.albedo : f.guides.specular_albedo;
     sum += static_cast<double>(filtered[s][c](x, y)) *

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The history of the last frame, at the size of this one: bilinear over pixels of the surface in the
-// nearest one, whose guides resample_guides takes.
+// The history of the last frame, at the size of this one: bilinear over pixels of the surface in
+// the nearest one, whose guides resample_guides takes.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/resample.glsl"
 
