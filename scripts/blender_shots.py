@@ -43,6 +43,9 @@ def arguments():
     parser.add_argument("--filter-width", default=1.5, type=float,
                         help="of Blender's pixel filter (default: 1.5); 0.01: all rays through centres")
     parser.add_argument("--transparent", action="store_true")
+    parser.add_argument("--blur", type=float, metavar="PART",
+                        help="how much of a frame the shutter is open (default: 0.8 in shutter, else 0)")
+    parser.add_argument("--speed", default=1, type=float, help="of all movements (default: 1)")
     return parser.parse_args(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])
 
 
@@ -229,10 +232,14 @@ def lens():
     eye.data.dof.focus_object = cube
 
 
+def blur(part):
+    bpy.context.scene.render.use_motion_blur = part > 0
+    bpy.context.scene.render.motion_blur_shutter = max(part, 0.01)  # Blender's least
+
+
 def shutter():
     room()
-    bpy.context.scene.render.use_motion_blur = True
-    bpy.context.scene.render.motion_blur_shutter = 0.8
+    blur(0.8)
 
 
 def add_smoke():
@@ -333,6 +340,13 @@ def set_up(options):
     layer.cycles.use_pass_volume_direct = layer.cycles.use_pass_volume_indirect = True
 
 
+def hasten(speed):
+    for action in bpy.data.actions:
+        for curve in action.fcurves:
+            for key in curve.keyframe_points:
+                key.co.x /= speed
+
+
 def render(frame, samples, seed, path):
     scene = bpy.context.scene
     scene.cycles.samples, scene.cycles.seed = samples, seed
@@ -348,6 +362,9 @@ def main():
     options = arguments()
     bpy.ops.wm.read_factory_settings(use_empty=True)
     SHOTS[options.shot]()
+    hasten(options.speed)
+    if options.blur is not None:
+        blur(options.blur)
     set_up(options)
     options.out.mkdir(parents=True, exist_ok=True)
     for frame in range(1, options.frames + 1):

@@ -15,17 +15,28 @@ NONE, ZIPS, ZIP = 0, 2, 3  # compressions of EXR; stillray writes ZIP
 LINES = {NONE: 1, ZIPS: 1, ZIP: 16}  # per block
 
 
-def _attributes(data):
-    """Name to (type, bytes) of the first header, and where it ends."""
-    at, found = 8, {}
+def _entries(data):
+    """Name, type and bytes of each attribute of the first header, and where it ends."""
+    at, found = 8, []
     while data[at] != 0:
         name_end = data.index(b"\0", at)
         type_end = data.index(b"\0", name_end + 1)
         size = struct.unpack_from("<i", data, type_end + 1)[0]
         start = type_end + 5
-        found[data[at:name_end].decode()] = data[start:start + size]
+        found.append((data[at:name_end].decode(), data[name_end + 1:type_end].decode(), data[start:start + size]))
         at = start + size
     return found, at + 1
+
+
+def _attributes(data):
+    """Name to bytes of the first header, and where it ends."""
+    found, end = _entries(data)
+    return {name: content for name, _, content in found}, end
+
+
+def read_texts(path):
+    """The text attributes of an EXR file."""
+    return {name: content.decode() for name, kind, content in _entries(path.read_bytes())[0] if kind == "string"}
 
 
 def _channels(data):
@@ -87,15 +98,18 @@ def _do_zip(raw):
     return packed if len(packed) < len(raw) else raw
 
 
-def write_exr(path, planes):
-    """\param planes  channel name to an array (height, width): uint32, float16 or float32"""
+def write_exr(path, planes, texts=None):
+    """\param planes  channel name to an array (height, width): uint32, float16 or float32
+    \param texts   text attributes, by name
+    """
     names = sorted(planes)
     height, width = planes[names[0]].shape
     box = struct.pack("<4i", 0, 0, width - 1, height - 1)
     channels = b"".join(
         name.encode() + b"\0" + struct.pack("<iB3xii", EXR_TYPES.index(planes[name].dtype), 0, 1, 1)
         for name in names) + b"\0"
-    flags = LONG_NAMES if max(map(len, names)) > 31 else 0
+    texts = [(name, "string", text.encode()) for name, text in (texts or {}).items()]
+    flags = LONG_NAMES if max(len(name) for name in names + [text[0] for text in texts]) > 31 else 0
     header = EXR_MAGIC + bytes([2, flags, 0, 0]) + b"".join(
         f"{name}\0{kind}\0".encode() + struct.pack("<i", len(content)) + content
         for name, kind, content in [
@@ -103,7 +117,7 @@ def write_exr(path, planes):
             ("dataWindow", "box2i", box), ("displayWindow", "box2i", box),
             ("lineOrder", "lineOrder", b"\0"), ("pixelAspectRatio", "float", struct.pack("<f", 1)),
             ("screenWindowCenter", "v2f", struct.pack("<2f", 0, 0)),
-            ("screenWindowWidth", "float", struct.pack("<f", 1))]) + b"\0"
+            ("screenWindowWidth", "float", struct.pack("<f", 1))] + texts) + b"\0"
     blocks = []
     for top in range(0, height, LINES[ZIP]):
         lines = range(top, min(top + LINES[ZIP], height))

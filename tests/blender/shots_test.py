@@ -1,7 +1,8 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
 """Shots of scripts/blender_shots.py, small, rendered and denoised: light that is random at first hits
-has much less noise afterwards, and the same mean.
+has much less noise afterwards, and the same mean. With motion blur Vector is zero, and can be that of the
+same shot without it.
 
     shots_test.py ROOT PROGRAM
 """
@@ -62,6 +63,31 @@ def check(shot, options, folder):
             sys.exit(f"{shot}: the mean of {channel} changes")
 
 
+def vectors(folder):
+    found = picture_files.read_exr(folder / "noisy.0002.exr")
+    return np.stack([found[f"ViewLayer.Vector.{c}"] for c in "XYZW"]), found["ViewLayer.Combined.G"]
+
+
+def check_vectors(work):
+    folders = {name: work / name for name in ("blurred", "sharp", "fast", "spliced")}
+    for name, options in (("blurred", ["--blur", 0.5]), ("sharp", ["--blur", 0]), ("fast", ["--speed", 2])):
+        run(BLENDER, "-b", "--factory-startup", "--python-exit-code", 1, "-P", ROOT / "scripts/blender_shots.py",
+            "--", "--shot", "room", "--samples", 1, "--size", "96x54", "--frames", 2, "--judged", "",
+            "--filter-width", 0.01, "--out", folders[name], *options)
+    run(sys.executable, ROOT / "scripts/splice_vectors.py", *(folders[n] for n in ("blurred", "sharp", "spliced")))
+    blurred, sharp, fast, spliced = (vectors(folders[n]) for n in ("blurred", "sharp", "fast", "spliced"))
+    speeds = [float(np.hypot(*found[0][:2]).max()) for found in (sharp, fast)]
+    print(f"longest vectors: {speeds[0]:.2f}, twice as fast {speeds[1]:.2f}")
+    if blurred[0].any() or not 1.8 * speeds[0] < speeds[1] < 2.2 * speeds[0]:
+        sys.exit("vectors are not those of --blur and --speed")
+    if (spliced[0] != sharp[0]).any() or (spliced[1] != blurred[1]).any():
+        sys.exit("splice_vectors.py: expected the vectors of the sharp frame and the light of the blurred one")
+    texts = [picture_files.read_texts(folders[n] / "noisy.0002.exr") for n in ("blurred", "spliced")]
+    if texts[0] != texts[1] or texts[0].get("cycles.ViewLayer.samples") != "1":
+        sys.exit(f"splice_vectors.py: text attributes {texts[1]}, expected {texts[0]}")
+
+
 with tempfile.TemporaryDirectory() as work:
+    check_vectors(pathlib.Path(work))
     for name, more in SHOTS:
         check(name, more, pathlib.Path(work) / name)
