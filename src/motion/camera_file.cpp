@@ -2,13 +2,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "motion/camera_file.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
+#include <map>
 #include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <glm/gtc/quaternion.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <nlohmann/json.hpp>
@@ -159,15 +163,93 @@ std::array<double, 16> ForRowVectors(const glm::dmat4& matrix) {
   return entries;
 }
 
-Status CheckShutter(const Reader& reader) {
+/// World to camera by time, in frames from that of the camera.
+using Poses = std::map<double, glm::dmat4>;
+
+/// \param middle  [out] of the shutter, in frames from that of the camera; 0 without one
+Status ReadShutter(const Reader& reader, double* middle) {
+  double shutter[2] = {};
   if (reader.Has("shutter")) {
-    double shutter[2] = {};
     STILLRAY_RETURN_IF_ERROR(reader.Numbers("shutter", 2, shutter));
     if (!(shutter[0] <= shutter[1])) {
       return reader.Wrong("shutter", "that it opens before it closes");
     }
   }
+  *middle = (shutter[0] + shutter[1]) / 2;
   return Status::Ok();
+}
+
+Status ReadPose(const Reader& reader, glm::dmat4* pose) {
+  STILLRAY_RETURN_IF_ERROR(reader.Matrix("world_to_camera", pose));
+  return reader.CheckLastRow("world_to_camera", *pose, {0, 0, 0, 1},
+                             "the fourth column is the translation");
+}
+
+/// Adds the poses while the shutter is open. \param where  the place of the camera in the file
+Status ReadMotion(const Reader& reader, const std::string& where, Poses* poses) {
+  if (!reader.Has("motion")) {
+    return Status::Ok();
+  }
+  const Json& motion = reader.At("motion");
+  if (!motion.is_array()) {
+    return reader.Wrong("motion", "a list of poses");
+  }
+  for (size_t i = 0; i < motion.size(); ++i) {
+    const std::string place = fmt::format("{}motion[{}]", where, i);
+    if (!motion[i].is_object()) {
+      return Status::BadData(
+          fmt::format("{}: {} is {}, expected an object", reader.name(), place, Shown(motion[i])));
+    }
+    const Reader pose(motion[i], reader.name(), place + ".");
+    double time = 0;
+    STILLRAY_RETURN_IF_ERROR(pose.Number("time", &time));
+    STILLRAY_RETURN_IF_ERROR(ReadPose(pose, &(*poses)[time]));
+  }
+  return Status::Ok();
+}
+
+/// A pose between two others, of a camera that moves and turns steadily.
+/// \param part  of the way
+glm::dmat4 Between(const glm::dmat4& from, const glm::dmat4& to, double part) {
+  const auto eye = [](const glm::dmat4& pose) { return glm::dvec3(glm::inverse(pose)[3]); };
+  const glm::dquat turn =
+      glm::slerp(glm::quat_cast(glm::dmat3(from)), glm::quat_cast(glm::dmat3(to)), part);
+  const glm::dmat3 rotation = glm::mat3_cast(turn);
+  glm::dmat4 pose(rotation);
+  pose[3] = glm::dvec4(-(rotation * glm::mix(eye(from), eye(to), part)), 1);
+  return pose;
+}
+
+/// Whether a matrix rotates and translates alone, as cameras without scale do.
+bool IsRigid(const glm::dmat4& pose) {
+  constexpr double kSlack = 1e-3;
+  const glm::dmat3 rotation(pose);
+  const glm::dmat3 product = glm::transpose(rotation) * rotation;
+  double worst = 0;
+  for (int c = 0; c < 3; ++c) {
+    for (int r = 0; r < 3; ++r) {
+      worst = std::max(worst, std::fabs(product[c][r] - (c == r ? 1 : 0)));
+    }
+  }
+  return worst < kSlack && glm::determinant(rotation) > 0;
+}
+
+/// The pose at a time; that of the frame itself if no poses surround the time, or if they are
+/// scaled, which has no steady way between.
+glm::dmat4 PoseAt(const Poses& poses, double time) {
+  const auto after = poses.lower_bound(time);
+  if (after == poses.end() || (after == poses.begin() && after->first != time)) {
+    return poses.at(0);
+  }
+  if (after->first == time) {
+    return after->second;
+  }
+  const auto before = std::prev(after);
+  if (!IsRigid(before->second) || !IsRigid(after->second)) {
+    return poses.at(0);
+  }
+  return Between(before->second, after->second,
+                 (time - before->first) / (after->first - before->first));
 }
 
 Status CheckClipping(const Reader& reader, bool perspective) {
@@ -188,19 +270,21 @@ Status CheckClipping(const Reader& reader, bool perspective) {
   return Status::Ok();
 }
 
-Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader) {
+/// \param where  the place of the camera in the file, for messages
+Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader, const std::string& where) {
   const Json type = reader.Has("type") ? reader.At("type") : Json();
   const bool perspective = type == kTypes[0];
   const bool panoramic = type == kTypes[2];
   if (!perspective && !panoramic && type != kTypes[1]) {
     return reader.Wrong("type", "\"perspective\", \"orthographic\" or \"panoramic\"");
   }
-  STILLRAY_RETURN_IF_ERROR(CheckShutter(reader));
+  double middle = 0;
+  STILLRAY_RETURN_IF_ERROR(ReadShutter(reader, &middle));
   STILLRAY_RETURN_IF_ERROR(CheckClipping(reader, perspective));
-  glm::dmat4 to_camera(1.0);
-  STILLRAY_RETURN_IF_ERROR(reader.Matrix("world_to_camera", &to_camera));
-  STILLRAY_RETURN_IF_ERROR(reader.CheckLastRow("world_to_camera", to_camera, {0, 0, 0, 1},
-                                               "the fourth column is the translation"));
+  Poses poses;
+  STILLRAY_RETURN_IF_ERROR(ReadMotion(reader, where, &poses));
+  STILLRAY_RETURN_IF_ERROR(ReadPose(reader, &poses[0]));
+  const glm::dmat4 to_camera = PoseAt(poses, middle);
   if (panoramic) {
     return std::optional<CameraMatrices>();
   }
@@ -222,11 +306,12 @@ Status ParseFrames(const Json& frames, CameraFile* file) {
       return Status::BadData(
           fmt::format("{}: {} is {}, expected an object", file->name, where, Shown(frames[i])));
     }
-    const Reader reader(frames[i], file->name, where + ".");
+    const std::string prefix = where + ".";
+    const Reader reader(frames[i], file->name, prefix);
     int64_t number = 0;
     constexpr int64_t kMost = int64_t{1} << 53;
     STILLRAY_RETURN_IF_ERROR(reader.Whole("frame", -kMost, kMost, &number));
-    Result<std::optional<CameraMatrices>> camera = ParseFrame(reader);
+    Result<std::optional<CameraMatrices>> camera = ParseFrame(reader, prefix);
     STILLRAY_RETURN_IF_ERROR(camera.status());
     if (!file->frames.emplace(number, *camera).second) {
       return reader.Wrong("frame", "a number that no frame before it has");

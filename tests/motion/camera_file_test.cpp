@@ -126,8 +126,8 @@ double DepthOf(int x, int y) {
   return 4 + 0.02 * x - 0.01 * y;
 }
 
-void ExpectExactMotion(const TestCamera& before, const TestCamera& now) {
-  const Result<CameraFile> file = ParseCameraFile(FileOf({before, now}).dump(), "cameras.json");
+void ExpectExactMotion(const Json& json, const TestCamera& before, const TestCamera& now) {
+  const Result<CameraFile> file = ParseCameraFile(json.dump(), "cameras.json");
   ASSERT_TRUE(file.ok()) << file.status().message();
   Image1 depth(kWidth, kHeight);
   for (int y = 0; y < kHeight; ++y) {
@@ -143,6 +143,10 @@ void ExpectExactMotion(const TestCamera& before, const TestCamera& now) {
       EXPECT_NEAR(motion[1](x, y), was.y - (y + 0.5), 1e-3) << x << " " << y;
     }
   }
+}
+
+void ExpectExactMotion(const TestCamera& before, const TestCamera& now) {
+  ExpectExactMotion(FileOf({before, now}), before, now);
 }
 
 TEST(CameraFiles, ATranslatingCameraIsExact) {
@@ -181,6 +185,57 @@ TEST(CameraFiles, AnOrthographicCameraIsExact) {
   now.eye = {0.1, 0.05, 0.3};
   now.shift = {0.1, 0.02};
   ExpectExactMotion(before, now);
+}
+
+/// A camera that moves and turns steadily from frame to frame, but by another speed in each; `time`
+/// is that of the frame's shutter.
+TestCamera OnItsWay(int frame, double time) {
+  const double way = frame == 1 ? time : 1 + 3 * time;
+  TestCamera camera = TestCamera().Turned(0.03 * way);
+  camera.eye = way * glm::dvec3(0.05, -0.02, -0.04);
+  return camera;
+}
+
+/// A frame with a shutter, and the poses at its ends.
+Json FrameWithShutter(int frame, double open, double close) {
+  Json json = OnItsWay(frame, 0).ToJson(frame);
+  json["shutter"] = {open, close};
+  for (const double time : {close, open}) {
+    if (time != 0) {
+      json["motion"].push_back(
+          {{"time", time},
+           {"world_to_camera", OnItsWay(frame, time).ToJson(0)["world_to_camera"]}});
+    }
+  }
+  return json;
+}
+
+void ExpectMotionOfMiddles(double open, double close) {
+  const double middle = (open + close) / 2;
+  Json json = FileOf({});
+  json["frames"] = {FrameWithShutter(1, open, close), FrameWithShutter(2, open, close)};
+  ExpectExactMotion(json, OnItsWay(1, middle), OnItsWay(2, middle));
+}
+
+TEST(CameraFiles, MotionIsThatBetweenTheMiddlesOfShutters) {
+  ExpectMotionOfMiddles(0, 0.8);       // opens with the frame
+  ExpectMotionOfMiddles(-0.8, 0);      // closes with it
+  ExpectMotionOfMiddles(-0.25, 0.25);  // around it
+  ExpectMotionOfMiddles(-0.1, 0.7);
+}
+
+TEST(CameraFiles, WithoutPosesAroundTheMiddleTheFramesPoseCounts) {
+  Json json = FileOf({});
+  json["frames"] = {FrameWithShutter(1, 0, 0.8), FrameWithShutter(2, 0, 0.8)};
+  json["frames"][0].erase("motion");
+  json["frames"][1]["motion"][0]["time"] = 0.3;  // ends before the middle
+  ExpectExactMotion(json, OnItsWay(1, 0), OnItsWay(2, 0));
+  json["frames"][1] = FrameWithShutter(2, 0, 0.8);
+  for (int i = 0; i < 12; ++i) {  // scaled: between the poses is no steady way
+    Json& entry = json["frames"][1]["motion"][0]["world_to_camera"][static_cast<size_t>(i)];
+    entry = 2 * entry.get<double>();
+  }
+  ExpectExactMotion(json, OnItsWay(1, 0), OnItsWay(2, 0));
 }
 
 TEST(CameraFiles, PanoramasHaveNoMatrix) {
@@ -282,6 +337,25 @@ const Wrong kWrong[] = {
     {"shutter_one",
      [](Json* j) { (*j)["frames"][0]["shutter"] = {0.5}; },
      {"expected 2 finite numbers"}},
+    {"motion",
+     [](Json* j) { (*j)["frames"][0]["motion"] = 5; },
+     {"frames[0].motion is 5, expected a list of poses"}},
+    {"pose",
+     [](Json* j) {
+       (*j)["frames"][0]["motion"] = {{{"time", 0.5}}, 7};
+       (*j)["frames"][0]["motion"][0]["world_to_camera"] = Matrix(j, "world_to_camera");
+     },
+     {"frames[0].motion[1] is 7, expected an object"}},
+    {"pose_time",
+     [](Json* j) {
+       (*j)["frames"][0]["motion"][0]["world_to_camera"] = Matrix(j, "world_to_camera");
+     },
+     {"frames[0].motion[0].time is missing, expected a finite number"}},
+    {"pose_matrix",
+     [](Json* j) {
+       (*j)["frames"][0]["motion"][0] = {{"time", 0.5}, {"world_to_camera", {1, 2}}};
+     },
+     {"frames[0].motion[0].world_to_camera is [1,2], expected 16 finite numbers"}},
     {"near",
      [](Json* j) { (*j)["frames"][0]["near"] = 0; },
      {"frames[0].near is 0, expected a number above 0"}},
