@@ -149,8 +149,8 @@ struct FrameReport {
   /// The origin of its motion towards the previous frame: "file", "camera", "estimate", or empty
   /// where there is none.
   std::string motion;
-  /// Fractions of the pixels with a surface whose motion was estimated, and whose motion is
-  /// unknown.
+  /// Fractions of the pixels with a surface whose motion was estimated, and whose guides no motion
+  /// explains.
   double motion_estimated = 0;
   double motion_unknown = 0;
   std::string note;     ///< why history was dropped, or empty

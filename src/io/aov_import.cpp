@@ -312,8 +312,11 @@ void Importer::LimitHistories() {
   }
   if (HasLight(volume_)) {
     frame_.confidence = VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
-  } else if (layout_.soft_guides && !layout_.normal.encoded && !frame_.guides.motion.empty()) {
-    frame_.confidence = MixedConfidence(Colour(Aov::kNormal), frame_.guides.motion, frame_.samples);
+  } else if (layout_.soft_guides && !layout_.normal.encoded) {
+    loss_in_motion_ = MixedLoss(Colour(Aov::kNormal), frame_.samples);
+    if (!frame_.guides.motion.empty()) {
+      frame_.confidence = ConfidenceInMotion(loss_in_motion_, frame_.guides.motion);
+    }
   }
 }
 
@@ -435,8 +438,13 @@ Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const Ji
 
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
-                          std::vector<LightPart>* parts) {
-  return io::Importer(image, layout, name, parts).Import(previous_jitter);
+                          std::vector<LightPart>* parts, Image1* loss_in_motion) {
+  io::Importer importer(image, layout, name, parts);
+  Result<Frame> frame = importer.Import(previous_jitter);
+  if (loss_in_motion != nullptr) {
+    *loss_in_motion = importer.TakeLossInMotion();
+  }
+  return frame;
 }
 
 }  // namespace stillray

@@ -7,6 +7,7 @@
 #include <array>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "io/seen_guides.h"
@@ -26,6 +27,8 @@ class Importer {
   }
 
   Result<Frame> Import(std::array<float, 2> previous_jitter);
+  /// After Import: MixedLoss of pixels whose confidence depends on motion; empty without such.
+  Image1 TakeLossInMotion() { return std::move(loss_in_motion_); }
   Image2 NextMotion(const JitterPair& jitter) const;
   NoSeenGuides CheckSeen();
   bool ShowsCurvedImages();
@@ -65,6 +68,7 @@ class Importer {
   const std::string& name_;
   std::vector<LightPart>* parts_;  ///< or nullptr
   Image3 volume_;                  ///< light of volumes
+  Image1 loss_in_motion_;
   Frame frame_;
 };
 

@@ -81,7 +81,7 @@ Image1 VolumeConfidence(const Image3& volume, const Image3& light, const Image1&
   return confidence;
 }
 
-Image1 MixedConfidence(const Image3& normal, const Image2& motion, const Image1& samples) {
+Image1 MixedLoss(const Image3& normal, const Image1& samples) {
   const int width = normal.width();
   const int height = normal.height();
   const Image1 surfaces = SquareSums(width, height, kMixedReach, [&](int x, int y) {
@@ -89,14 +89,21 @@ Image1 MixedConfidence(const Image3& normal, const Image2& motion, const Image1&
   });
   const Image1 lengths =
       SquareSums(width, height, kMixedReach, [&](int x, int y) { return LengthOf(normal, x, y); });
-  Image1 confidence(width, height);
+  Image1 loss(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
     const float lacking = surfaces(x, y) > 0 ? 1 - lengths(x, y) / surfaces(x, y) : 0.0f;
     const float mixed = std::clamp((lacking - kMixed) / (kWhollyMixed - kMixed), 0.0f, 1.0f);
+    loss(x, y) = mixed * (1 - ConfidenceOf(samples, x, y, kMixedPerDoubling));
+  });
+  return loss;
+}
+
+Image1 ConfidenceInMotion(const Image1& loss, const Image2& motion) {
+  Image1 confidence(loss.width(), loss.height());
+  ForEachPixel(loss.width(), loss.height(), [&](int x, int y) {
     const float way = std::hypot(motion[0](x, y), motion[1](x, y));
     const float moving = way < kMoving ? way / kMoving : 1.0f;
-    const float full = ConfidenceOf(samples, x, y, kMixedPerDoubling);
-    confidence(x, y) = 1 - mixed * moving * (1 - full);
+    confidence(x, y) = 1 - moving * loss(x, y);
   });
   return confidence;
 }

@@ -76,6 +76,7 @@ class Estimate {
   void Use(const io::CameraMotion& camera);
   void RefineCamera();
   void Choose();
+  void Guess(int x, int y, bool nearer);
   void ForgetAll();
   EstimatedMotion Finish();
 
@@ -291,6 +292,15 @@ float MedianOf(const Image1& image) {
   return *middle;
 }
 
+/// The motion of a pixel whose guides no motion explains. In hair and at outlines guides are random
+/// whatever the motion, and a history by the likeliest is better than none.
+/// \param nearer  guides differ less under the matched motion than under the camera's
+void Estimate::Guess(int x, int y, bool nearer) {
+  const vec2 guess = nearer ? At(matched_.motion, x, y) : At(base_, x, y);
+  field_.source(x, y) = kUnknown;
+  Set(has_base_ ? guess : UnknownMotion(width_, height_), x, y, &field_.motion);
+}
+
 /// The motion of each pixel by itself.
 void Estimate::Choose() {
   const Image1 base = Surroundings(base_distances_);
@@ -309,8 +319,7 @@ void Estimate::Choose() {
     const bool known = better || has_base_;
     const bool leaves = !better && has_base_ && !IsInside(x, y, At(base_, x, y));
     if (!known || (cost > limit && !leaves)) {
-      field_.source(x, y) = kUnknown;
-      Set(UnknownMotion(width_, height_), x, y, &field_.motion);
+      Guess(x, y, agreed && m < b);
       return;
     }
     field_.source(x, y) = better ? kMatched : kBase;

@@ -26,12 +26,13 @@ struct EstimateInput {
 };
 
 struct EstimatedMotion {
-  /// As Guides::motion. Where it is unknown it leads out of the picture (UnknownMotion).
+  /// As Guides::motion. Where it is unknown it is the likeliest; without a camera, known or found,
+  /// it leads out of the picture there (UnknownMotion).
   Image2 motion;
   /// 0 to 1: how certain the motion of each pixel is; 0 where it is unknown.
   Image1 confidence;
   /// Parts of the pixels with a surface: with the motion of matching, of an object as a whole, and
-  /// without any.
+  /// without one that explains their guides.
   double matched = 0;
   double of_objects = 0;
   double unknown = 0;
@@ -45,8 +46,8 @@ struct EstimatedMotion {
 /// matched motion reveals. Where guides differ under that motion and matching finds where they
 /// were, the pixel moves as matching says; and an object (by its id) that moves by itself moves
 /// rigidly if that explains its guides. Where nothing explains them, motion is unknown; without a
-/// camera everywhere if guides are so plain that they would not show it. The same bits for any
-/// number of threads.
+/// camera it is unknown everywhere if guides are so plain that they would not show it. The same
+/// bits for any number of threads.
 EstimatedMotion EstimateMotion(const EstimateInput& input);
 
 /// Bytes that EstimateMotion needs at most besides its input, per pixel.

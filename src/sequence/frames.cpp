@@ -64,8 +64,9 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
     return loaded.status();
   }
   SequenceFrame result;
-  Result<Frame> frame = ImportFrame(loaded->image, layout, {0, 0}, file.input,
-                                    to_write && options.passes ? &result.parts : nullptr);
+  Result<Frame> frame =
+      ImportFrame(loaded->image, layout, {0, 0}, file.input,
+                  to_write && options.passes ? &result.parts : nullptr, &result.loss_in_motion);
   if (!frame.ok()) {
     return frame.status();
   }
@@ -115,7 +116,7 @@ Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, Seque
   }
   if (view.cache == nullptr || !view.cache->Restore(view.layout, &now->frame, &now->origin)) {
     now->origin = CompleteMotion({before.frame, before.camera}, view.motion, view.layout,
-                                 now->camera, &now->frame);
+                                 {&now->frame, now->camera, now->loss_in_motion});
     if (view.cache != nullptr) {
       view.cache->Keep(now->frame, now->origin);
     }

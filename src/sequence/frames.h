@@ -35,6 +35,7 @@ struct SequenceFrame {
   Frame frame;
   /// Towards the next frame, lacking that frame's jitter likewise; empty if the file has none.
   Image2 next_motion;
+  Image1 loss_in_motion;                 ///< as ImportFrame returns it
   std::optional<CameraMatrices> camera;  ///< if motion is derived from it
   double focal_pixels = 0;               ///< SequenceHooks::effects
   /// Of its motion; set by LinkToPrevious().

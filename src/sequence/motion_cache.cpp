@@ -10,6 +10,7 @@ bool MotionCache::Restore(const AovLayout& layout, Frame* frame, MotionOrigin* o
     return false;
   }
   frame->guides.motion = at->second.motion;
+  frame->confidence = at->second.confidence;
   *origin = at->second.origin;
   MoveImages(layout, frame);
   return true;
@@ -19,7 +20,7 @@ void MotionCache::Keep(const Frame& frame, const MotionOrigin& origin) {
   if (origin.kind != MotionKind::kEstimate) {
     return;
   }
-  entries_.insert_or_assign(frame.index, Entry{frame.guides.motion, origin});
+  entries_.insert_or_assign(frame.index, Entry{frame.guides.motion, frame.confidence, origin});
   if (entries_.size() > most_) {
     entries_.erase(entries_.begin());
   }

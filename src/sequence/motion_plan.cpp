@@ -11,7 +11,9 @@
 
 #include "core/guides.h"
 #include "core/parallel.h"
+#include "core/pixels.h"
 #include "io/camera_fit.h"
+#include "io/light_confidence.h"
 #include "motion/estimate_motion.h"
 
 namespace stillray {
@@ -291,10 +293,39 @@ void MoveImages(const AovLayout& layout, Frame* frame) {
 
 namespace {
 
-/// \param trusted  the frame's motion stays if the guides reveal none
+/// How far a history holds that is found by a motion as certain as this. Guides that are random,
+/// in hair and with motion blur, make the right motion uncertain too: only what is next to unknown
+/// loses weight, and half at most.
+float TrustIn(float certainty) {
+  constexpr float kCertain = 0.125f;
+  constexpr float kLeast = 0.5f;
+  return kLeast + (1 - kLeast) * std::min(certainty / kCertain, 1.0f);
+}
+
+/// Limits histories by the motion that was found. As imported, confidence is that of the file's.
+/// \param certainty  EstimatedMotion::confidence; empty: motion is not estimated
+void LimitHistories(const Image1& loss_in_motion, const Image1& certainty, Frame* frame) {
+  if (!loss_in_motion.empty()) {
+    frame->confidence = io::ConfidenceInMotion(loss_in_motion, frame->guides.motion);
+  }
+  if (certainty.empty()) {
+    return;
+  }
+  if (frame->confidence.empty()) {
+    frame->confidence = Image1(frame->width, frame->height);
+    frame->confidence.Fill(1);
+  }
+  ForEachPixel(frame->width, frame->height, [&](int x, int y) {
+    float& confidence = frame->confidence(x, y);
+    confidence = std::min(confidence, TrustIn(certainty(x, y)));
+  });
+}
+
+/// \param trusted      the frame's motion stays if the guides reveal none
 /// \param antialiased  AovLayout::soft_guides
+/// \param certainty    [out] EstimatedMotion::confidence; stays empty if the frame's motion stays
 MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, bool antialiased,
-                      Frame* now) {
+                      Frame* now, Image1* certainty) {
   motion::EstimateInput input;
   input.now = &now->guides;
   input.before = &before.frame.guides;
@@ -307,26 +338,28 @@ MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, bo
     return {MotionKind::kFile, 0, 0};
   }
   now->guides.motion = std::move(estimated.motion);
+  *certainty = std::move(estimated.confidence);
   return {MotionKind::kEstimate, estimated.estimated(), estimated.unknown};
 }
 
 }  // namespace
 
 MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
-                            const AovLayout& layout, const std::optional<CameraMatrices>& camera,
-                            Frame* now) {
-  Image2& motion = now->guides.motion;
+                            const AovLayout& layout, const FrameNow& now) {
+  Image2& motion = now.frame->guides.motion;
   if (plan.from_file && (!plan.derives() || !IsStill(motion))) {
     AddNeighbourJitter(layout.motion, before.frame, &motion);
     return {MotionKind::kFile, 0, 0};
   }
   Image2 of_camera;
-  if (camera && before.camera) {
-    of_camera = MotionFromCameras(now->guides.depth, *camera, *before.camera);
+  if (now.camera && before.camera) {
+    of_camera = MotionFromCameras(now.frame->guides.depth, *now.camera, *before.camera);
   }
   MotionOrigin origin;
+  Image1 certainty;
   if (plan.estimates) {
-    origin = Estimate(before, std::move(of_camera), plan.from_file, layout.soft_guides, now);
+    origin = Estimate(before, std::move(of_camera), plan.from_file, layout.soft_guides, now.frame,
+                      &certainty);
   } else if (!of_camera.empty()) {
     motion = std::move(of_camera);
     origin.kind = MotionKind::kCamera;
@@ -336,7 +369,8 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
     motion = Image2();
     return origin;
   }
-  MoveImages(layout, now);
+  LimitHistories(now.loss_in_motion, certainty, now.frame);
+  MoveImages(layout, now.frame);
   return origin;
 }
 

@@ -58,11 +58,17 @@ struct FrameBefore {
   const std::optional<CameraMatrices>& camera;
 };
 
-/// Completes the motion of a frame, that of its virtual images too. Depends on the two frames
-/// alone. \param now  as read; its motion lacks the jitter of the previous frame
+/// The frame whose motion is completed.
+struct FrameNow {
+  Frame* frame;  ///< as read; its motion lacks the jitter of the previous frame
+  const std::optional<CameraMatrices>& camera;
+  const Image1& loss_in_motion;  ///< as ImportFrame returns it
+};
+
+/// Completes the motion of a frame, that of its virtual images too; with motion that is not the
+/// file's also Frame::confidence. Depends on the two frames alone.
 MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
-                            const AovLayout& layout, const std::optional<CameraMatrices>& camera,
-                            Frame* now);
+                            const AovLayout& layout, const FrameNow& now);
 
 /// Sets the motion of virtual images that the file does not give: that of the camera that the
 /// frame's motion reveals.

@@ -99,6 +99,29 @@ TEST(AovImport, PreviousNormalsHaveTheAxesOfNormals) {
   EXPECT_EQ(previous(OnePixel(layers), {"auto", {"previous_normal=before"}}), (Rgb{0, 0, 0}));
 }
 
+// Motion that is found after importing needs what the stored normals tell.
+TEST(AovImport, WhatMixedPixelsLoseInMotionIsReturned) {
+  std::map<std::string, std::vector<float>> layers = BlenderLayers();
+  for (const bool moves : {true, false}) {
+    layers["Vector:XYZW"] = {moves ? 3.0f : 0.0f, 0, 0, 0};
+    const ExrImage image = OnePixel(layers);
+    AovLayout layout = UnderstandAovs(image, {}, "file").value();
+    layout.samples = 16;
+    Image1 loss;
+    const Result<Frame> frame = ImportFrame(image, layout, {0, 0}, "file", nullptr, &loss);
+    ASSERT_TRUE(frame.ok()) << frame.status().message();
+    EXPECT_NEAR(loss(0, 0), 0.6f, 1e-5f);
+    EXPECT_NEAR(frame->confidence(0, 0), moves ? 0.4f : 1.0f, 1e-5f);
+  }
+  layers["confidence:X"] = {0.5f};  // of the file's own: it stays
+  const ExrImage image = OnePixel(layers);
+  AovLayout layout = UnderstandAovs(image, {"auto", {"confidence=confidence"}}, "file").value();
+  layout.samples = 16;
+  Image1 loss = Image1(1, 1);
+  EXPECT_EQ(ImportFrame(image, layout, {0, 0}, "file", nullptr, &loss)->confidence(0, 0), 0.5f);
+  EXPECT_TRUE(loss.empty());
+}
+
 TEST(AovImport, ConfidenceComesBackFromAFile) {
   const TempFolder folder;
   Image1 confidence(5, 3);

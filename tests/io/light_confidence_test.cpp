@@ -80,34 +80,36 @@ Image2 Motion(float x, float y) {
   return motion;
 }
 
-TEST(MixedConfidence, FallsWithTheLengthOfNormalsAndTheSamples) {
-  const Image2 motion = Motion(3, 4);
-  EXPECT_EQ(MixedConfidence(Normals(1), motion, Samples(16))(9, 9), 1.0f);
-  EXPECT_EQ(MixedConfidence(Normals(0.96f), motion, Samples(16))(9, 9), 1.0f);
-  EXPECT_NEAR(MixedConfidence(Normals(0.9f), motion, Samples(16))(9, 9), 0.7f, 1e-5f);
-  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(16))(9, 9), 0.4f, 1e-5f);
-  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(4))(0, 31), 0.7f, 1e-5f);
-  EXPECT_NEAR(MixedConfidence(Normals(0.5f), motion, Samples(1024))(31, 0), 0.35f, 1e-5f);
-  EXPECT_EQ(MixedConfidence(Normals(0.5f), motion, Image1())(9, 9), 1.0f);
+TEST(MixedLoss, GrowsWithWhatNormalsLackAndTheSamples) {
+  EXPECT_EQ(MixedLoss(Normals(1), Samples(16))(9, 9), 0.0f);
+  EXPECT_EQ(MixedLoss(Normals(0.96f), Samples(16))(9, 9), 0.0f);
+  EXPECT_NEAR(MixedLoss(Normals(0.9f), Samples(16))(9, 9), 0.3f, 1e-5f);
+  EXPECT_NEAR(MixedLoss(Normals(0.5f), Samples(16))(9, 9), 0.6f, 1e-5f);
+  EXPECT_NEAR(MixedLoss(Normals(0.5f), Samples(4))(0, 31), 0.3f, 1e-5f);
+  EXPECT_NEAR(MixedLoss(Normals(0.5f), Samples(1024))(31, 0), 0.65f, 1e-5f);
+  EXPECT_EQ(MixedLoss(Normals(0.5f), Image1())(9, 9), 0.0f);
 }
 
-TEST(MixedConfidence, WhatStandsStillKeepsItsHistory) {
-  EXPECT_EQ(MixedConfidence(Normals(0.5f), Motion(0, 0), Samples(16))(9, 9), 1.0f);
-  EXPECT_NEAR(MixedConfidence(Normals(0.5f), Motion(0.125f, 0), Samples(16))(9, 9), 0.7f, 1e-5f);
-}
-
-TEST(MixedConfidence, OutlinesAndPixelsWithoutSurfaceHardlyCount) {
+TEST(MixedLoss, OutlinesAndPixelsWithoutSurfaceHardlyCount) {
   Image3 normal = Normals(1);
   for (int y = 0; y < kSize; ++y) {
     normal[2](12, y) = -0.8f;  // one line of mixed pixels
   }
-  EXPECT_EQ(MixedConfidence(normal, Motion(1, 0), Samples(16))(12, 9), 1.0f);
+  EXPECT_EQ(MixedLoss(normal, Samples(16))(12, 9), 0.0f);
   normal = Normals(0);
   normal[2](4, 4) = -0.5f;
   normal[2](5, 4) = std::numeric_limits<float>::quiet_NaN();
-  const Image1 confidence = MixedConfidence(normal, Motion(1, 0), Samples(16));
-  EXPECT_NEAR(confidence(4, 4), 0.4f, 1e-5f);  // sky does not count
-  EXPECT_EQ(confidence(20, 20), 1.0f);
+  const Image1 loss = MixedLoss(normal, Samples(16));
+  EXPECT_NEAR(loss(4, 4), 0.6f, 1e-5f);  // sky does not count
+  EXPECT_EQ(loss(20, 20), 0.0f);
+}
+
+TEST(ConfidenceInMotion, WhatStandsStillKeepsItsHistory) {
+  const Image1 loss = MixedLoss(Normals(0.5f), Samples(16));
+  EXPECT_EQ(ConfidenceInMotion(loss, Motion(0, 0))(9, 9), 1.0f);
+  EXPECT_NEAR(ConfidenceInMotion(loss, Motion(0.125f, 0))(9, 9), 0.7f, 1e-5f);
+  EXPECT_NEAR(ConfidenceInMotion(loss, Motion(0, -0.25f))(9, 9), 0.4f, 1e-5f);
+  EXPECT_NEAR(ConfidenceInMotion(loss, Motion(3, 4))(9, 9), 0.4f, 1e-5f);
 }
 
 }  // namespace

@@ -139,6 +139,49 @@ TEST(EstimateMotion, AcrossACutIsUnknown) {
   EXPECT_GT(EstimateMotion(input).unknown, 0.9);
 }
 
+/// Makes the colours of the box random, as those of hair are.
+void MakeBoxRandom(const MovingScene& scene, float frame, uint32_t seed, Guides* guides) {
+  for (int y = 0; y < scene.height; ++y) {
+    for (int x = 0; x < scene.width; ++x) {
+      for (uint32_t c = 0; scene.ShowsBox(x, y, frame) && c < 3; ++c) {
+        const auto at = static_cast<uint32_t>(y * scene.width + x) * 3 + c;
+        uint32_t h = (at ^ seed) * 2654435761u;
+        h = (h ^ (h >> 15)) * 2246822519u;
+        guides->albedo[static_cast<int>(c)](x, y) = static_cast<float>(h >> 16) / 65536;
+      }
+    }
+  }
+}
+
+TEST(EstimateMotion, WhatNothingExplainsKeepsTheLikeliestMotion) {
+  const MovingScene scene = SceneWithMovingBox();
+  Guides now = scene.At(1);
+  Guides before = scene.At(0);
+  MakeBoxRandom(scene, 1, 0x51ed2701u, &now);
+  MakeBoxRandom(scene, 0, 0x9e3779b9u, &before);
+  EstimateInput input;
+  input.now = &now;
+  input.before = &before;
+  const EstimatedMotion estimated = EstimateMotion(input);
+  ASSERT_TRUE(estimated.found_camera);
+  int pixels = 0;
+  int uncertain = 0;
+  for (int y = 0; y < scene.height; ++y) {
+    for (int x = 0; x < scene.width; ++x) {
+      if (scene.ShowsBox(x, y, 1)) {
+        ++pixels;
+        uncertain += estimated.confidence(x, y) == 0;
+        EXPECT_LT(std::hypot(estimated.motion[0](x, y), estimated.motion[1](x, y)), 60.0f)
+            << x << " " << y;
+      }
+    }
+  }
+  EXPECT_GT(uncertain, 0.8 * pixels);
+  EXPECT_NEAR(estimated.unknown, static_cast<double>(uncertain) / (scene.width * scene.height),
+              0.03);
+  EXPECT_GT(PartWithin(scene, estimated.motion, Where::kWall, 0.3f), 0.98);
+}
+
 // What the box uncovers was not in view: it has no motion that a history would be found by, or the
 // wall's, which leads to the box.
 TEST(EstimateMotion, UncoveredPixelsAreNotMatched) {
