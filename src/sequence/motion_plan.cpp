@@ -302,7 +302,7 @@ float TrustIn(float certainty) {
   return kLeast + (1 - kLeast) * std::min(certainty / kCertain, 1.0f);
 }
 
-/// Limits histories by the motion that was found. As imported, confidence is that of the file's.
+/// Limits histories by the motion that was found: the imported confidence is for the file's motion.
 /// \param certainty  EstimatedMotion::confidence; empty: motion is not estimated
 void LimitHistories(const Image1& loss_in_motion, const Image1& certainty, Frame* frame) {
   if (!loss_in_motion.empty()) {
