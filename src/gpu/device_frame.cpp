@@ -28,11 +28,8 @@ int ChannelsOf(const Image& image) {
 }
 
 /// Rounded up, so that the next copy in the buffer is aligned for any format.
-VkDeviceSize BytesOf(const Image& image) {
-  const VkDeviceSize bytes = VkDeviceSize{4} * static_cast<VkDeviceSize>(ChannelsOf(image)) *
-                             static_cast<VkDeviceSize>(image.width) *
-                             static_cast<VkDeviceSize>(image.height);
-  return (bytes + 15) / 16 * 16;
+VkDeviceSize AlignedBytesOf(const Image& image) {
+  return (VkDeviceSize{BytesOf(image)} + 15) / 16 * 16;
 }
 
 template <typename Visit>
@@ -186,7 +183,7 @@ Status DeviceFrame::MakeStaging() const {
   layout.signals.resize(lights().size());
   VkDeviceSize bytes = 0;
   ForEachImage(images_, kAllPlanes, &layout, [&](const Image* image, const auto&) {
-    bytes += image != nullptr ? BytesOf(*image) : 0;
+    bytes += image != nullptr ? AlignedBytesOf(*image) : 0;
   });
   auto staging = std::make_unique<Staging>(&device_->context());
   const Result<const Buffer*> buffer = staging->arena.AddBuffer(bytes, 0, BufferPlace::kDownload);
@@ -218,7 +215,7 @@ Status DeviceFrame::Download(uint32_t planes, Frame* host) const {
         if (image != nullptr) {
           c.vk.CmdCopyImageToBuffer(*commands, image->image, VK_IMAGE_LAYOUT_GENERAL,
                                     staging_->buffer->buffer, 1, &region);
-          region.bufferOffset += BytesOf(*image);
+          region.bufferOffset += AlignedBytesOf(*image);
         }
       });
       MemoryBarrier(c, *commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,
@@ -230,7 +227,7 @@ Status DeviceFrame::Download(uint32_t planes, Frame* host) const {
     ForEachImage(images_, planes, host, [&](const Image* image, const auto& of_frame) {
       if (image != nullptr) {
         TakePixels(*image, from, of_frame);
-        from += BytesOf(*image);
+        from += AlignedBytesOf(*image);
         return;
       }
       for (auto& plane : of_frame) {

@@ -23,6 +23,28 @@ constexpr uint32_t kNoType = std::numeric_limits<uint32_t>::max();
 
 }  // namespace
 
+size_t TexelBytes(VkFormat format) {
+  switch (format) {
+    case VK_FORMAT_R32G32B32A32_SFLOAT:
+    case VK_FORMAT_R32G32B32A32_UINT:
+      return 16;
+    case VK_FORMAT_R16G16B16A16_SFLOAT:
+    case VK_FORMAT_R32G32_SFLOAT:
+    case VK_FORMAT_R32G32_UINT:
+      return 8;
+    case VK_FORMAT_R16_SFLOAT:
+    case VK_FORMAT_R16_UNORM:
+      return 2;
+    default:
+      return 4;
+  }
+}
+
+size_t BytesOf(const Image& image) {
+  return TexelBytes(image.format) * static_cast<size_t>(image.width) *
+         static_cast<size_t>(image.height) * static_cast<size_t>(std::max(image.layers, 1));
+}
+
 MemoryUse& MemoryUse::operator+=(const MemoryUse& other) {
   allocations += other.allocations;
   resources += other.resources;

@@ -31,6 +31,11 @@ struct Buffer {
   VkDeviceAddress address = 0;  ///< of buffers whose usage includes it
 };
 
+/// Of one of the formats that stillray uses.
+size_t TexelBytes(VkFormat format);
+/// Bytes of all texels of an image.
+size_t BytesOf(const Image& image);
+
 /// Device memory used by an arena.
 struct MemoryUse {
   uint32_t allocations = 0;

@@ -10,6 +10,8 @@
 #include "denoise/plan.h"
 #include "denoise/sparse_frames.h"
 #include "denoise/stages/tonemap.h"
+#include "denoise/test_frames.h"
+#include "denoise/vulkan/frame_pipeline.h"
 #include "gpu/device_test.h"
 #include "gpu/frame_run.h"
 #include "gpu/watched_device.h"
@@ -177,6 +179,40 @@ TEST_F(Embedding, FramesHaveAKnownNumberOfDispatchesAndBarriers) {
     }
     EXPECT_EQ(dispatches, known.dispatches) << known.preset;
     EXPECT_EQ(barriers, known.barriers) << known.preset;
+  }
+}
+
+// So does every byte that a pass reads or writes; docs/gpu.md states them, for frames of one sample
+// without inputs that may lack.
+TEST_F(Embedding, FramesMoveAKnownNumberOfBytes) {
+  struct Known {
+    const char* preset;
+    int halves;  ///< bytes per pixel
+    int floats;
+  };
+  constexpr int kSide = 256;
+  const Frame f = test::MakeWall(kSide, kSide);
+  auto upload = Upload(device_->context(), f);
+  for (const Known& known : {Known{"temporal", 502, 1004}, Known{"svgf", 1246, 2492},
+                             Known{"psvgf", 598, 1196}, Known{"default", 2629, 5258}}) {
+    for (const vulkan::Storage storage : {vulkan::Storage::kHalf, vulkan::Storage::kFloat}) {
+      vulkan::PipelineOptions o;
+      o.settings = PresetSettings(known.preset).value();
+      o.width = o.height = kSide;
+      o.storage = storage;
+      auto pipeline = vulkan::FramePipeline::Create(&device_->context(), o);
+      ASSERT_TRUE(pipeline.ok()) << pipeline.status().message();
+      gpu::CommandList commands(&device_->context());
+      FrameFacts facts = FactsOf(f);
+      for (facts.index = 0; facts.index < 4; ++facts.index) {
+        const FramePlan plan = MakePlan(o.settings, facts, (*pipeline)->progress());
+        ASSERT_TRUE((*pipeline)->Record(&commands, plan, facts, upload->inputs(), nullptr).ok());
+        commands.Clear();
+      }
+      const double per_pixel = static_cast<double>((*pipeline)->pass_bytes()) / (kSide * kSide);
+      const int expected = storage == vulkan::Storage::kHalf ? known.halves : known.floats;
+      EXPECT_NEAR(per_pixel, expected, 1) << known.preset << " " << static_cast<int>(storage);
+    }
   }
 }
 

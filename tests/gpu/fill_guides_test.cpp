@@ -97,18 +97,15 @@ std::pair<int, bool> LayoutOf(VkFormat format) {
 }
 
 /// Of an image in a buffer, up to where any other may begin.
-VkDeviceSize BytesOf(const gpu::Image& image) {
-  const auto [channels, half] = LayoutOf(image.format);
-  const auto bytes =
-      static_cast<VkDeviceSize>(image.width * image.height * channels * (half ? 2 : 4));
-  return (bytes + 15) / 16 * 16;
+VkDeviceSize AlignedBytesOf(const gpu::Image& image) {
+  return (VkDeviceSize{gpu::BytesOf(image)} + 15) / 16 * 16;
 }
 
 Texels FillGuides::Read(const gpu::Image& image, const gpu::Buffer& from,
                         VkDeviceSize* offset) const {
   const auto [channels, half] = LayoutOf(image.format);
   const auto* bytes = static_cast<const char*>(from.mapped) + *offset;
-  *offset += BytesOf(image);
+  *offset += AlignedBytesOf(image);
   Texels t = {image.width, channels, {}};
   t.values.resize(static_cast<size_t>(image.width * image.height * channels));
   for (size_t i = 0; i < t.values.size(); ++i) {
@@ -156,7 +153,7 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
     images.insert(images.end(), h.colour.begin(), h.colour.end());
     VkDeviceSize bytes = 0;
     for (const gpu::Image* image : images) {
-      bytes += BytesOf(*image);
+      bytes += AlignedBytesOf(*image);
     }
     down = *arena.AddBuffer(bytes, 0, gpu::BufferPlace::kDownload);
     ASSERT_TRUE(arena.Allocate().ok());
@@ -170,7 +167,7 @@ void FillGuides::Check(const Frame& f, const Room& room, const std::string& what
                             static_cast<uint32_t>(image->height), 1};
       device_->context().vk.CmdCopyImageToBuffer(commands, image->image, VK_IMAGE_LAYOUT_GENERAL,
                                                  down->buffer, 1, &region);
-      region.bufferOffset += BytesOf(*image);
+      region.bufferOffset += AlignedBytesOf(*image);
     }
   });
   ASSERT_FALSE(HasFatalFailure());

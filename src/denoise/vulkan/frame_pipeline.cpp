@@ -767,6 +767,7 @@ PassRecorder FramePipeline::BeginPasses(gpu::CommandList* commands) {
 
 void FramePipeline::EndPasses(const FramePlan& plan, PassRecorder* recorder) {
   recorder->EndParts();
+  pass_bytes_ = recorder->bytes();
   progress_ = plan.after;
   ++frames_;
 }

@@ -110,6 +110,8 @@ class FramePipeline {
   Status ForgetInputs() { return sets_.Clear(); }
 
   gpu::MemoryUse memory() const;
+  /// Bytes that the passes of the last frame move at least: see PassRecorder::bytes.
+  uint64_t pass_bytes() const { return pass_bytes_; }
   /// Whether the next frames measure the times of their stages, if the pipeline is `timed`: the
   /// device may finish each stage before it takes the time.
   void MeasureStages(bool measures) { measures_ = measures; }
@@ -202,6 +204,7 @@ class FramePipeline {
   SequenceProgress progress_;
   uint32_t in_flight_ = 0;
   uint32_t frames_ = 0;  ///< recorded
+  uint64_t pass_bytes_ = 0;
   bool prepared_ = false;
 
   // The frame in progress.

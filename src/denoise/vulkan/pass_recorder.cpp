@@ -127,6 +127,7 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
   gpu::SetContent content;
   for (const gpu::Image* image : images) {
     content.images.push_back(image->view);
+    bytes_ += gpu::BytesOf(*image);
   }
   for (uint32_t i = 0; i < info.buffers; ++i) {
     content.buffers.push_back(buffers_[i]->buffer);

@@ -88,6 +88,8 @@ class PassRecorder {
   /// Ends the part of the last pass.
   void EndParts();
 
+  /// Of the denoiser's own images that the passes read and write, each image of a pass once.
+  uint64_t bytes() const { return bytes_; }
   gpu::CommandList* commands() const { return commands_; }
   const Status& status() const { return status_; }
 
@@ -110,6 +112,7 @@ class PassRecorder {
   // Since the last barrier: images and buffers.
   std::vector<const void*> read_;
   std::vector<const void*> written_;
+  uint64_t bytes_ = 0;
   std::string_view part_;
   std::string_view next_part_;
   Status status_;

@@ -54,26 +54,6 @@ static_assert(sizeof(Header) == 48, "no bytes between members");
 constexpr uint32_t kAllColours = (1u << kGuideColours) - 1;
 constexpr uint32_t kAlbedoColours = 7;
 
-size_t TexelBytes(VkFormat format) {
-  switch (format) {
-    case VK_FORMAT_R16_UNORM:
-      return 2;
-    case VK_FORMAT_R32_SFLOAT:
-    case VK_FORMAT_R32_UINT:
-      return 4;
-    case VK_FORMAT_R16G16B16A16_SFLOAT:
-    case VK_FORMAT_R32G32_UINT:
-      return 8;
-    default:
-      return 16;
-  }
-}
-
-size_t BytesOf(const gpu::Image& image) {
-  return TexelBytes(image.format) * static_cast<size_t>(image.width) *
-         static_cast<size_t>(image.height) * static_cast<size_t>(std::max(image.layers, 1));
-}
-
 uint64_t Checksum(Header header, std::span<const uint8_t> behind) {
   header.checksum = 0;
   const std::span<const uint8_t> bytes(reinterpret_cast<const uint8_t*>(&header), sizeof(Header));
@@ -165,7 +145,7 @@ class Staging {
   Status Allocate(gpu::BufferPlace place) {
     VkDeviceSize size = Aligned(sizeof(FrameState));
     for (const gpu::Image* image : images_) {
-      size += Aligned(BytesOf(*image));
+      size += Aligned(gpu::BytesOf(*image));
     }
     const Result<const gpu::Buffer*> added = arena_.AddBuffer(size, 0, place);
     STILLRAY_RETURN_IF_ERROR(added.status());
@@ -180,8 +160,8 @@ class Staging {
     visit(at, sizeof(FrameState));
     at += Aligned(sizeof(FrameState));
     for (const gpu::Image* image : images_) {
-      visit(at, BytesOf(*image));
-      at += Aligned(BytesOf(*image));
+      visit(at, gpu::BytesOf(*image));
+      at += Aligned(gpu::BytesOf(*image));
     }
   }
 
@@ -205,7 +185,7 @@ class Staging {
         vk.CmdCopyImageToBuffer(commands, image->image, VK_IMAGE_LAYOUT_GENERAL, buffer_->buffer, 1,
                                 &region);
       }
-      at += Aligned(BytesOf(*image));
+      at += Aligned(gpu::BytesOf(*image));
     }
   }
 
