@@ -45,6 +45,26 @@ struct ImageMetrics {
 ///     is finite in both pictures), kOutOfMemory
 Result<ImageMetrics> CompareImages(const Image3& test, const Image3& reference, bool display);
 
+/// Errors within the pixels of one object: sums over those that are finite in both pictures, so
+/// that objects and frames can be added. The measures are those of ImageMetrics.
+struct ObjectErrors {
+  int64_t object = 0;        ///< its number
+  int64_t pixels = 0;        ///< that are valid
+  double flip = 0;           ///< LDR-FLIP
+  double rel_mse = 0;        ///< of the mean over channels
+  double squared_error = 0;  ///< of psnr: over the channels too
+  double luminance = 0;      ///< of the test
+  double reference_luminance = 0;
+};
+
+/// The errors of each object, in ascending order of their numbers.
+/// \param objects  the number of the object at each pixel, up to 2^24, rounded to the nearest;
+/// pixels
+///     that are not finite there belong to none
+/// \return errors of CompareImages; kInvalidArgument if `objects` has another size
+Result<std::vector<ObjectErrors>> CompareObjects(const Image3& test, const Image3& reference,
+                                                 bool display, const Image1& objects);
+
 /// ImageMetrics::psnr of linear radiance alone, in a fraction of the time and memory.
 /// \return errors of CompareImages
 Result<double> MeasurePsnr(const Image3& test, const Image3& reference);

@@ -34,7 +34,37 @@ Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
   return frame.ok() ? Result<Image3>(SumOfLight(*frame)) : Result<Image3>(frame.status());
 }
 
-Result<PictureFile> DecodeExrPicture(const std::string& bytes, const std::string& path) {
+/// The layer of that name; of kAnyObjects the first one that holds objects.
+const Channel* FindObjects(const ExrImage& exr, const std::string& layer) {
+  if (layer != kAnyObjects) {
+    return exr.Find(layer);
+  }
+  for (const std::string_view ending : {"id.X", "IndexOB.X"}) {
+    for (const Channel& channel : exr.channels) {
+      if (channel.name == ending || channel.name.ends_with("." + std::string(ending))) {
+        return &channel;
+      }
+    }
+  }
+  return nullptr;
+}
+
+Image1 TakeObjects(const ExrImage& exr, const std::string& layer) {
+  const Channel* channel = FindObjects(exr, layer);
+  if (channel == nullptr || channel->integers.empty()) {
+    return channel != nullptr ? channel->values : Image1();
+  }
+  Image1 objects(exr.width, exr.height);
+  for (int y = 0; y < exr.height; ++y) {
+    for (int x = 0; x < exr.width; ++x) {
+      objects(x, y) = static_cast<float>(channel->integers(x, y));
+    }
+  }
+  return objects;
+}
+
+Result<PictureFile> DecodeExrPicture(const std::string& bytes, const std::string& path,
+                                     const std::string& objects) {
   const Result<ExrImage> exr =
       DecodeExr(reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size(), path);
   if (!exr.ok()) {
@@ -52,6 +82,7 @@ Result<PictureFile> DecodeExrPicture(const std::string& bytes, const std::string
   picture.colour = std::move(*colour);
   picture.linear = true;
   picture.depth = TakeLayer(*exr, "depth.Z");
+  picture.objects = TakeObjects(*exr, objects);
   Image1 motion_x = TakeLayer(*exr, "motion.X");
   Image1 motion_y = TakeLayer(*exr, "motion.Y");
   if (!motion_x.empty() && !motion_y.empty()) {
@@ -63,7 +94,7 @@ Result<PictureFile> DecodeExrPicture(const std::string& bytes, const std::string
 
 }  // namespace
 
-Result<PictureFile> ReadPictureFile(const std::string& path) {
+Result<PictureFile> ReadPictureFile(const std::string& path, const std::string& objects) {
   constexpr std::array<char, 4> kExrMagic = {0x76, 0x2f, 0x31, 0x01};
   const Result<std::string> bytes = ReadWholeFile(path, kMaxFileBytes);
   if (!bytes.ok()) {
@@ -72,7 +103,7 @@ Result<PictureFile> ReadPictureFile(const std::string& path) {
   if (bytes->size() >= kExrMagic.size() &&
       std::equal(kExrMagic.begin(), kExrMagic.end(), bytes->begin())) {
     STILLRAY_RETURN_IF_ERROR(CheckExrFits(*bytes, path, kCost));
-    return DecodeExrPicture(*bytes, path);
+    return DecodeExrPicture(*bytes, path, objects);
   }
   PictureFile picture;
   Result<Image3> colour = DecodeImage(reinterpret_cast<const uint8_t*>(bytes->data()),

@@ -20,10 +20,16 @@ struct PictureFile {
   bool linear = false;  ///< radiance, else display values
   Image2 motion;        ///< layers motion.X and motion.Y of an EXR file; empty if there are none
   Image1 depth;         ///< layer depth.Z likewise
+  Image1 objects;       ///< the layer requested
 };
 
 /// The colour of an EXR file is ExrColour(), or the sum of its light passes.
+/// \param objects  a layer of EXR files to read too, or kAnyObjects; empty: none. Its plane stays
+///     empty if the file lacks it
 /// \return errors of ReadWholeFile, DecodeExr, ExrColour and DecodeImage
-Result<PictureFile> ReadPictureFile(const std::string& path);
+Result<PictureFile> ReadPictureFile(const std::string& path, const std::string& objects = {});
+
+/// The numbers of objects that stillray (`id.X`) or Blender (`NAME.IndexOB.X`) writes.
+inline constexpr const char* kAnyObjects = "auto";
 
 }  // namespace stillray

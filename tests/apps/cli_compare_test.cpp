@@ -284,6 +284,64 @@ TEST_F(CliCompare, TablesFitTheTerminal) {
   }
 }
 
+/// A grey picture of 4x2 pixels, by the brightness of its halves.
+Image3 MakeHalves(float left, float right) {
+  Image3 colour(4, 2);
+  for (Image1& plane : colour.channel) {
+    for (int y = 0; y < 2; ++y) {
+      for (int x = 0; x < 4; ++x) {
+        plane(x, y) = x < 2 ? left : right;
+      }
+    }
+  }
+  return colour;
+}
+
+/// White; the left half is object 5, the right one 9.
+ExrImage MakeObjects(const char* layer) {
+  ExrImage exr = MakeExr(MakeHalves(1, 1));
+  Channel objects = {layer, PixelType::kFloat, MakeHalves(5, 9)[0], {}};
+  if (layer == std::string("id.X")) {  // as stillray writes it
+    objects.type = PixelType::kUint32;
+    objects.integers = Plane<uint32_t>(4, 2);
+    for (int y = 0; y < 2; ++y) {
+      for (int x = 0; x < 4; ++x) {
+        objects.integers(x, y) = static_cast<uint32_t>(objects.values(x, y));
+      }
+    }
+    objects.values = Image1();
+  }
+  exr.channels.push_back(std::move(objects));
+  return exr;
+}
+
+TEST_F(CliCompare, ObjectsShowWhereTheErrorIs) {
+  for (const char* layer : {"id.X", "ViewLayer.IndexOB.X"}) {
+    ASSERT_TRUE(WriteExr(folder_ / "reference.exr", MakeObjects(layer)).ok());
+    WriteLinear(folder_ / "test.exr", MakeHalves(1, 3));
+    const ProgramRun run = RunProgram({"compare", folder_ / "test.exr", folder_ / "reference.exr",
+                                       "--objects", "auto", "--json", "-"});
+    ExpectSuccess(run);
+    const json objects = json::parse(run.output)["objects"];
+    ASSERT_EQ(objects.size(), 2u) << layer;
+    EXPECT_EQ(objects[0]["object"], 9);
+    EXPECT_EQ(objects[0]["error"], 1);
+    EXPECT_EQ(objects[0]["pixels"], 0.5);
+    EXPECT_NEAR(objects[0]["psnr"], -20 * std::log10(0.25), 1e-6);
+    EXPECT_NEAR(objects[0]["brightness"], 3, 1e-6);
+    EXPECT_EQ(objects[1]["object"], 5);
+    EXPECT_EQ(objects[1]["error"], 0);
+    EXPECT_TRUE(objects[1]["psnr"].is_null());
+  }
+  const ProgramRun table = RunProgram({"compare", folder_ / "test.exr", folder_ / "reference.exr",
+                                       "--objects", "ViewLayer.IndexOB.X"});
+  ExpectSuccess(table);
+  EXPECT_THAT(table.output, HasSubstr("         9     50.00   100.00    12.041"));
+  ExpectFailure(RunProgram({"compare", folder_ / "test.exr", folder_ / "reference.exr", "--objects",
+                            "shape.X"}),
+                "--objects shape.X: neither");
+}
+
 TEST_F(CliCompare, FramesChoosesSome) {
   for (int frame = 1; frame <= 5; ++frame) {
     WriteGrey(FrameFileName(folder_ / "a.####.png", frame), 4, 4, 10);

@@ -17,6 +17,9 @@ namespace stillray {
 /// \param indent  blanks per level
 std::string JsonText(const nlohmann::ordered_json& json, int indent = 1);
 
+/// JSON has neither infinity nor NaN: both become null.
+nlohmann::ordered_json JsonNumber(double value);
+
 /// Checks before the work that the file of --json can be written. Creates nothing.
 /// \param path  "-" and "" are always valid
 /// \return kNotFound (no such folder), kIo (a folder; no permission to write), naming option and

@@ -19,6 +19,7 @@
 #include "common/json_output.h"
 #include "common/output_folder.h"
 #include "compare/compare_frames.h"
+#include "compare/object_table.h"
 #include "quality/heat_map.h"
 #include "stillray/io.h"
 #include "stillray/quality.h"
@@ -33,6 +34,7 @@ struct CompareOptions {
   std::string json_path;
   std::string heatmap_folder;
   std::string frames;
+  std::string objects;
 };
 
 /// A measure of one picture.
@@ -152,11 +154,6 @@ std::string DetailsRow(const std::string& name, const Numbers& numbers) {
                      m.brightness_highest, OptionalText(numbers.LightChangeShare()));
 }
 
-/// JSON has neither infinity nor NaN: both become null.
-nlohmann::ordered_json JsonNumber(double value) {
-  return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
-}
-
 void AddNumbers(const Numbers& numbers, bool display, nlohmann::ordered_json* json) {
   for (const Measure& measure : kMeasures) {
     if (!display || !measure.radiance_only) {
@@ -214,7 +211,8 @@ Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
 /// Compares all pairs, printing each row of the first table as soon as it is computed.
 class Comparison {
  public:
-  explicit Comparison(const CompareOptions& options) : options_(options) {}
+  explicit Comparison(const CompareOptions& options)
+      : options_(options), comparer_(options.objects) {}
 
   Status Run() {
     std::optional<FrameRange> range;
@@ -254,6 +252,7 @@ class Comparison {
     }
     const Numbers numbers = {frame.metrics, frame.temporal_error, frame.light_change};
     means_.Add(numbers);
+    objects_.Add(frame.objects);
     display_ = frame.display;
     const bool first = frames_json_.empty();
     frames_json_.push_back(FrameJson(frame));
@@ -271,6 +270,7 @@ class Comparison {
       const Numbers mean = means_.Get();
       std::string text = frame_count > 1 ? TableRow("mean", mean, display_) : "";
       text += DetailsHead() + details_ + (frame_count > 1 ? DetailsRow("mean", mean) : "");
+      text += objects_.empty() ? "" : objects_.Text();
       for (const std::string& note : notes) {
         text += "note: " + note + "\n";
       }
@@ -284,6 +284,9 @@ class Comparison {
     json["reference"] = options_.reference;
     json["frames"] = frames_json_;
     AddNumbers(means_.Get(), display_, &json["mean"]);
+    if (!objects_.empty()) {
+      json["objects"] = objects_.Json();
+    }
     json["notes"] = notes;
     const std::string text = JsonText(json, 2);
     return prints_table() ? WriteFileAtomically(options_.json_path, text.data(), text.size())
@@ -293,6 +296,7 @@ class Comparison {
   const CompareOptions& options_;
   FrameComparer comparer_;
   Means means_;
+  ObjectTable objects_;
   bool display_ = false;
   std::string details_;  ///< rows of the second table
   nlohmann::ordered_json frames_json_ = nlohmann::ordered_json::array();
@@ -316,6 +320,9 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
   command->add_option("--heatmap", options->heatmap_folder,
                       "Write error maps (flip.png, rel_mse.png) into this folder");
   command->add_option("--frames", options->frames, "Only these frames of a sequence: A-B or A");
+  command->add_option("--objects", options->objects,
+                      "Errors of each object too, over all frames: by the numbers in this layer of "
+                      "the reference, else of TEST; auto: id.X or IndexOB.X");
   command->footer(
       "Measures: PSNR, SSIM, relMSE, FLIP, HDR-FLIP, ratio of brightness, also of the darkest and\n"
       "the brightest region; specks per 10000 pixels; share of the error in the worst 1 % of the\n"
@@ -326,7 +333,8 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
       "  stillray compare denoised.0008.exr reference.0008.exr\n"
       "  stillray compare 'out/denoised.####.exr' 'out/reference.####.exr' --json "
       "out/quality.json\n"
-      "  stillray compare a.png b.png --heatmap maps");
+      "  stillray compare a.png b.png --heatmap maps\n"
+      "  stillray compare out/0008.exr reference.0008.exr --objects auto");
   command->callback([options, exit_code] {
     const Status status = Comparison(*options).Run();
     *exit_code = status.ok() ? kExitOk : ReportError(status);

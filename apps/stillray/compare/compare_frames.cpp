@@ -120,11 +120,11 @@ Result<std::vector<FramePair>> FindFramePairs(const std::string& test, const std
 }
 
 Status FrameComparer::Load(const FramePair& files, Loaded* loaded) const {
-  Result<PictureFile> test = ReadPictureFile(files.test);
+  Result<PictureFile> test = ReadPictureFile(files.test, objects_);
   if (!test.ok()) {
     return test.status();
   }
-  Result<PictureFile> reference = ReadPictureFile(files.reference);
+  Result<PictureFile> reference = ReadPictureFile(files.reference, objects_);
   if (!reference.ok()) {
     return reference.status();
   }
@@ -141,6 +141,7 @@ Status FrameComparer::Load(const FramePair& files, Loaded* loaded) const {
   loaded->frame.display = !test->linear;
   loaded->motion = std::move(test->motion);
   loaded->depth = std::move(test->depth);
+  loaded->objects = std::move(reference->objects.empty() ? test->objects : reference->objects);
   return Status::Ok();
 }
 
@@ -168,6 +169,23 @@ Status FrameComparer::MeasureChange(Loaded* loaded) {
   return Status::Ok();
 }
 
+Status FrameComparer::MeasureObjects(Loaded* loaded) const {
+  if (objects_.empty()) {
+    return Status::Ok();
+  }
+  ComparedFrame& frame = loaded->frame;
+  if (loaded->objects.empty()) {
+    return Status::NotFound(fmt::format(
+        "--objects {}: neither {} nor {} has {}", objects_, frame.files.reference, frame.files.test,
+        objects_ == kAnyObjects ? "a layer id.X or IndexOB.X" : "this layer"));
+  }
+  Result<std::vector<ObjectErrors>> errors =
+      CompareObjects(frame.test, frame.reference, frame.display, loaded->objects);
+  STILLRAY_RETURN_IF_ERROR(errors.status());
+  frame.objects = std::move(*errors);
+  return Status::Ok();
+}
+
 Result<const ComparedFrame*> FrameComparer::Compare(const FramePair& files) {
   Loaded loaded;
   STILLRAY_RETURN_IF_ERROR(Load(files, &loaded));
@@ -183,6 +201,7 @@ Result<const ComparedFrame*> FrameComparer::Compare(const FramePair& files) {
   }
   frame.metrics = *metrics;
   STILLRAY_RETURN_IF_ERROR(MeasureChange(&loaded));
+  STILLRAY_RETURN_IF_ERROR(MeasureObjects(&loaded));
   current_ = std::move(loaded);
   has_current_ = true;
   return static_cast<const ComparedFrame*>(&current_.frame);

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "stillray/image.h"
@@ -49,11 +50,16 @@ struct ComparedFrame {
   /// None: the previous frame was not compared. NaN: no pixel's history is visible.
   std::optional<double> temporal_error;
   std::optional<LightChange> light_change;  ///< none likewise
+  std::vector<ObjectErrors> objects;        ///< if a layer of them was requested
 };
 
 /// Compares pairs in sequence and keeps the last one for the measures over consecutive frames.
 class FrameComparer {
  public:
+  /// \param objects  a layer with the numbers of objects, of the references or else of the tests:
+  ///     see ReadPictureFile; empty: none
+  explicit FrameComparer(std::string objects) : objects_(std::move(objects)) {}
+
   /// Reads and compares one pair. The returned reference is valid until the next call.
   /// \return errors of reading; kInvalidArgument (sizes or kinds that differ, naming the files)
   Result<const ComparedFrame*> Compare(const FramePair& files);
@@ -67,11 +73,14 @@ class FrameComparer {
     ComparedFrame frame;
     Image2 motion;
     Image1 depth;
+    Image1 objects;
   };
 
   Status Load(const FramePair& files, Loaded* loaded) const;
   Status MeasureChange(Loaded* loaded);
+  Status MeasureObjects(Loaded* loaded) const;
 
+  std::string objects_;
   Loaded current_;
   bool has_current_ = false;
   bool motion_missing_ = false;
