@@ -340,6 +340,21 @@ TEST_F(CliCompare, ObjectsShowWhereTheErrorIs) {
   ExpectFailure(RunProgram({"compare", folder_ / "test.exr", folder_ / "reference.exr", "--objects",
                             "shape.X"}),
                 "--objects shape.X: neither");
+  // From other files, of a sequence too.
+  WriteLinear(folder_ / "test.0003.exr", MakeHalves(1, 3));
+  WriteLinear(folder_ / "reference.0003.exr", MakeHalves(1, 1));
+  ASSERT_TRUE(WriteExr(folder_ / "noisy.0003.exr", MakeObjects("id.X")).ok());
+  const std::vector<std::string> sequence = {"compare", folder_ / "test.####.exr",
+                                             folder_ / "reference.####.exr", "--objects", "auto"};
+  const auto with = [&](const std::string& files) {
+    std::vector<std::string> arguments = sequence;
+    arguments.insert(arguments.end(), {"--objects-of", files});
+    return RunProgram(arguments);
+  };
+  EXPECT_THAT(with(folder_ / "noisy.####.exr").output, HasSubstr("         9     50.00   100.00"));
+  ExpectFailure(with(folder_ / "test.####.exr"), "test.0003.exr does not have a layer id.X");
+  ExpectFailure(with(folder_ / "none.####.exr"), "none.0003.exr");
+  ExpectFailure(RunProgram(sequence), "--objects-of names files that have");
 }
 
 TEST_F(CliCompare, FramesChoosesSome) {

@@ -34,7 +34,7 @@ struct CompareOptions {
   std::string json_path;
   std::string heatmap_folder;
   std::string frames;
-  std::string objects;
+  ObjectSource objects;
 };
 
 /// A measure of one picture.
@@ -320,9 +320,15 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
   command->add_option("--heatmap", options->heatmap_folder,
                       "Write error maps (flip.png, rel_mse.png) into this folder");
   command->add_option("--frames", options->frames, "Only these frames of a sequence: A-B or A");
-  command->add_option("--objects", options->objects,
-                      "Errors of each object too, over all frames: by the numbers in this layer of "
-                      "the reference, else of TEST; auto: id.X or IndexOB.X");
+  CLI::Option* objects = command->add_option(
+      "--objects", options->objects.layer,
+      "Errors of each object too, over all frames: by the numbers in this layer of the reference, "
+      "else of TEST; auto: id.X or IndexOB.X");
+  command
+      ->add_option("--objects-of", options->objects.files,
+                   "Take that layer from this picture, or this sequence, instead: the noisy frames "
+                   "(NAME.####.exr)")
+      ->needs(objects);
   command->footer(
       "Measures: PSNR, SSIM, relMSE, FLIP, HDR-FLIP, ratio of brightness, also of the darkest and\n"
       "the brightest region; specks per 10000 pixels; share of the error in the worst 1 % of the\n"
@@ -334,7 +340,8 @@ void AddCompareCommand(CLI::App& app, int* exit_code) {
       "  stillray compare 'out/denoised.####.exr' 'out/reference.####.exr' --json "
       "out/quality.json\n"
       "  stillray compare a.png b.png --heatmap maps\n"
-      "  stillray compare out/0008.exr reference.0008.exr --objects auto");
+      "  stillray compare out/0008.exr reference.0008.exr --objects auto\n"
+      "  stillray compare out.####.exr ref.####.exr --objects auto --objects-of noisy.####.exr");
   command->callback([options, exit_code] {
     const Status status = Comparison(*options).Run();
     *exit_code = status.ok() ? kExitOk : ReportError(status);

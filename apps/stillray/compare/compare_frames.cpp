@@ -120,11 +120,11 @@ Result<std::vector<FramePair>> FindFramePairs(const std::string& test, const std
 }
 
 Status FrameComparer::Load(const FramePair& files, Loaded* loaded) const {
-  Result<PictureFile> test = ReadPictureFile(files.test, objects_);
+  Result<PictureFile> test = ReadPictureFile(files.test, objects_.layer);
   if (!test.ok()) {
     return test.status();
   }
-  Result<PictureFile> reference = ReadPictureFile(files.reference, objects_);
+  Result<PictureFile> reference = ReadPictureFile(files.reference, objects_.layer);
   if (!reference.ok()) {
     return reference.status();
   }
@@ -169,16 +169,35 @@ Status FrameComparer::MeasureChange(Loaded* loaded) {
   return Status::Ok();
 }
 
+/// Reads the numbers of objects, unless they came with the pictures.
+Status FrameComparer::LoadObjects(Loaded* loaded) const {
+  const FramePair& files = loaded->frame.files;
+  const char* wanted = objects_.layer == kAnyObjects ? "a layer id.X or IndexOB.X" : "this layer";
+  if (objects_.files.empty()) {
+    return loaded->objects.empty() ? Status::NotFound(fmt::format(
+                                         "--objects {}: neither {} nor {} has {}; --objects-of "
+                                         "names files that have",
+                                         objects_.layer, files.reference, files.test, wanted))
+                                   : Status::Ok();
+  }
+  const std::string path =
+      files.number ? FrameFileName(objects_.files, *files.number) : objects_.files;
+  Result<PictureFile> file = ReadPictureFile(path, objects_.layer);
+  STILLRAY_RETURN_IF_ERROR(file.status());
+  if (file->objects.empty()) {
+    return Status::NotFound(
+        fmt::format("--objects {}: {} does not have {}", objects_.layer, path, wanted));
+  }
+  loaded->objects = std::move(file->objects);
+  return Status::Ok();
+}
+
 Status FrameComparer::MeasureObjects(Loaded* loaded) const {
-  if (objects_.empty()) {
+  if (objects_.layer.empty()) {
     return Status::Ok();
   }
+  STILLRAY_RETURN_IF_ERROR(LoadObjects(loaded));
   ComparedFrame& frame = loaded->frame;
-  if (loaded->objects.empty()) {
-    return Status::NotFound(fmt::format(
-        "--objects {}: neither {} nor {} has {}", objects_, frame.files.reference, frame.files.test,
-        objects_ == kAnyObjects ? "a layer id.X or IndexOB.X" : "this layer"));
-  }
   Result<std::vector<ObjectErrors>> errors =
       CompareObjects(frame.test, frame.reference, frame.display, loaded->objects);
   STILLRAY_RETURN_IF_ERROR(errors.status());

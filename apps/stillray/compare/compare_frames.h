@@ -53,12 +53,18 @@ struct ComparedFrame {
   std::vector<ObjectErrors> objects;        ///< if a layer of them was requested
 };
 
+/// The numbers of objects, which errors are listed by.
+struct ObjectSource {
+  std::string layer;  ///< as ReadPictureFile; empty: none
+  /// A picture, or the frames of a sequence, that has the layer; empty: the references, or else the
+  /// tests.
+  std::string files;
+};
+
 /// Compares pairs in sequence and keeps the last one for the measures over consecutive frames.
 class FrameComparer {
  public:
-  /// \param objects  a layer with the numbers of objects, of the references or else of the tests:
-  ///     see ReadPictureFile; empty: none
-  explicit FrameComparer(std::string objects) : objects_(std::move(objects)) {}
+  explicit FrameComparer(ObjectSource objects) : objects_(std::move(objects)) {}
 
   /// Reads and compares one pair. The returned reference is valid until the next call.
   /// \return errors of reading; kInvalidArgument (sizes or kinds that differ, naming the files)
@@ -78,9 +84,10 @@ class FrameComparer {
 
   Status Load(const FramePair& files, Loaded* loaded) const;
   Status MeasureChange(Loaded* loaded);
+  Status LoadObjects(Loaded* loaded) const;
   Status MeasureObjects(Loaded* loaded) const;
 
-  std::string objects_;
+  ObjectSource objects_;
   Loaded current_;
   bool has_current_ = false;
   bool motion_missing_ = false;
