@@ -28,7 +28,11 @@ using Json = nlohmann::json;
 constexpr size_t kMaxFileBytes = size_t{1} << 28;
 constexpr int64_t kMaxSide = 1 << 16;
 constexpr int64_t kVersion = 1;
-constexpr const char* kTypes[] = {"perspective", "orthographic", "panoramic"};
+/// Types of cameras. A matrix describes the first two alone; programs have others without one.
+constexpr const char* kPerspective = "perspective";
+constexpr const char* kOrthographic = "orthographic";
+constexpr const char* kPanoramic = "panoramic";
+constexpr const char* kTypes = "\"perspective\", \"orthographic\" or \"panoramic\"";
 /// Largest entry of a matrix, and smallest determinant relative to the length of its columns.
 constexpr double kMaxEntry = 1e15;
 constexpr double kLeastDeterminant = 1e-12;
@@ -273,10 +277,16 @@ Status CheckClipping(const Reader& reader, bool perspective) {
 /// \param where  the place of the camera in the file, for messages
 Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader, const std::string& where) {
   const Json type = reader.Has("type") ? reader.At("type") : Json();
-  const bool perspective = type == kTypes[0];
-  const bool panoramic = type == kTypes[2];
-  if (!perspective && !panoramic && type != kTypes[1]) {
-    return reader.Wrong("type", "\"perspective\", \"orthographic\" or \"panoramic\"");
+  if (!type.is_string()) {
+    return reader.Wrong("type", kTypes);
+  }
+  const bool perspective = type == kPerspective;
+  const bool has_projection = reader.Has("projection") && !reader.At("projection").is_null();
+  const bool is_known = perspective || type == kOrthographic;
+  if (!is_known && type != kPanoramic && has_projection) {
+    return reader.Wrong("type", fmt::format("{}; only a camera with null as its projection has "
+                                            "another type",
+                                            kTypes));
   }
   double middle = 0;
   STILLRAY_RETURN_IF_ERROR(ReadShutter(reader, &middle));
@@ -285,7 +295,7 @@ Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader, const std
   STILLRAY_RETURN_IF_ERROR(ReadMotion(reader, where, &poses));
   STILLRAY_RETURN_IF_ERROR(ReadPose(reader, &poses[0]));
   const glm::dmat4 to_camera = PoseAt(poses, middle);
-  if (panoramic) {
+  if (!is_known) {
     return std::optional<CameraMatrices>();
   }
   glm::dmat4 projection(1.0);

@@ -19,7 +19,7 @@ struct CameraFile {
   uint64_t checksum = 0;  ///< of its text
   int width = 0;          ///< of the pictures
   int height = 0;
-  /// By frame, in the middle of the shutter. Empty for panoramic cameras, which no matrix
+  /// By frame, in the middle of the shutter. Empty for panoramic and other cameras that no matrix
   /// describes.
   std::map<int64_t, std::optional<CameraMatrices>> frames;
 

@@ -297,7 +297,7 @@ TEST(CliDenoiseMotionErrors, AreExplained) {
   json["frames"].push_back(CameraOfShot(shot, 3));
   json["frames"][1]["type"] = "panoramic";
   expect({"--cameras", write("panorama.json"), "--motion", "camera"},
-         "the camera of frame 2 in " + (folder / "panorama.json") + " is panoramic");
+         "the camera of frame 2 in " + (folder / "panorama.json") + " has no projection");
   json["width"] = 64;
   expect({"--cameras", write("wide.json")},
          "wide.json has cameras of 64 x 24 pixels, the frames have 48 x 24");

@@ -238,14 +238,24 @@ TEST(CameraFiles, WithoutPosesAroundTheMiddleTheFramesPoseCounts) {
   ExpectExactMotion(json, OnItsWay(1, 0), OnItsWay(2, 0));
 }
 
-TEST(CameraFiles, PanoramasHaveNoMatrix) {
-  Json json = FileOf({TestCamera(), TestCamera()});
-  json["frames"][1]["type"] = "panoramic";
-  json["frames"][1].erase("projection");
-  const Result<CameraFile> file = ParseCameraFile(json.dump(), "c.json");
-  ASSERT_TRUE(file.ok()) << file.status().message();
-  EXPECT_TRUE(file->Camera(1)->has_value());
-  EXPECT_FALSE(file->Camera(2)->has_value());
+// Blender 5 has cameras of the type "custom".
+TEST(CameraFiles, PanoramasAndOtherTypesHaveNoMatrix) {
+  for (const char* type : {"panoramic", "custom"}) {
+    for (const bool is_null : {true, false}) {
+      Json json = FileOf({TestCamera(), TestCamera()});
+      Json& second = json["frames"][1];
+      second["type"] = type;
+      if (is_null) {
+        second["projection"] = nullptr;
+      } else {
+        second.erase("projection");
+      }
+      const Result<CameraFile> file = ParseCameraFile(json.dump(), "c.json");
+      ASSERT_TRUE(file.ok()) << file.status().message();
+      EXPECT_TRUE(file->Camera(1)->has_value());
+      EXPECT_FALSE(file->Camera(2)->has_value()) << type;
+    }
+  }
 }
 
 TEST(CameraFiles, AMissingFrameIsNamed) {
@@ -300,7 +310,10 @@ const Wrong kWrong[] = {
      {"frames[1].frame is 1, expected a number that no frame before it has"}},
     {"type",
      [](Json* j) { (*j)["frames"][0]["type"] = "fisheye"; },
-     {"frames[0].type is \"fisheye\"", "panoramic"}},
+     {"frames[0].type is \"fisheye\"", "panoramic", "null as its projection"}},
+    {"number_type",
+     [](Json* j) { (*j)["frames"][0]["type"] = 3; },
+     {"frames[0].type is 3", "\"perspective\""}},
     {"no_type", [](Json* j) { (*j)["frames"][0].erase("type"); }, {"frames[0].type is missing"}},
     {"short",
      [](Json* j) { Matrix(j, "projection").erase(15); },
