@@ -173,8 +173,9 @@ for _name in ("normal_noisy", "depth_noisy"):
 
 # What to say where the settings of the cure are as they should be.
 WITHOUT_SETTING = {
-    "first_hits_random": "Fog, hair and transparent materials: render them in a view layer of "
-                         "their own, or use more samples",
+    "first_hits_random": "Fog: turn the Volume passes on. Hair: use 16 samples or more. "
+                         "Transparent materials: render them in a view layer of their own, or "
+                         "use more samples",
     "frames_repeated": "Frames are copies of each other: fine if nothing moves, else render again",
     "light_clamped": "Light is limited to a largest value: raise Light Paths > Clamping",
 }

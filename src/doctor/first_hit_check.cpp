@@ -4,13 +4,16 @@
 // Finds random first hits: behind a lens, in fog, and on half transparent surfaces, the guides of a
 // pixel are those of its ray's random hit in this frame. Judged block by block, since often a
 // single object is concerned.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string>
 
 #include <fmt/format.h>
 
 #include "doctor/check.h"
 #include "doctor/warp.h"
+#include "io/aov_samples.h"
 
 namespace stillray::doctor {
 namespace {
@@ -48,8 +51,11 @@ constexpr int64_t kLeastBlocks = 2;
 /// A single guide that is random in this many blocks is noisy itself (light in albedo, rounded
 /// depth), which is another finding. A random hit affects all guides.
 constexpr double kEverywhere = 0.7;
-/// Fraction of the pixels in random blocks without a surface from which a volume is the cause.
+/// Fraction of the pixels in random blocks without a surface from which a volume or hair is the
+/// cause.
 constexpr double kHoles = 0.03;
+/// Samples per pixel from which on random guides cost about 1 dB at most (docs/inputs.md).
+constexpr double kManySamples = 16;
 
 using Values = std::array<float, 3>;
 
@@ -148,18 +154,35 @@ struct BlockSums {
   bool RandomDepth() const { return depth.Part() > kDepthDetail && depth.Stays() < kDepthStays; }
 };
 
+/// The mean number of samples of a pixel; 1 if the file does not state it.
+double MeanSamples(const Exhibit& now) {
+  const Image1& samples = now.frame.samples;
+  if (samples.empty()) {
+    return std::max(io::StatedSamples(*now.image), 1);
+  }
+  double sum = 0;
+  for (int y = 0; y < samples.height(); ++y) {
+    for (int x = 0; x < samples.width(); ++x) {
+      sum += FiniteOr0(samples(x, y));
+    }
+  }
+  return sum / (static_cast<double>(samples.width()) * samples.height());
+}
+
 class FirstHitCheck : public Check {
  public:
   void Look(const Exhibit& now, const Exhibit* before) override;
   void Conclude(Verdict* verdict) override;
 
  private:
+  std::string BlenderCure(bool holes, bool albedo_alone) const;
   void LookAtPixel(const Exhibit& now, const Exhibit& before, int x, int y, BlockSums* block) const;
   Finding MakeFinding(double part, double depth_part, double holes, double x, double y) const;
 
   const AovLayout* layout_ = nullptr;
   bool has_albedo_ = false;
   bool has_depth_ = false;
+  double samples_ = 1;  ///< per pixel, of the newest frame
   int columns_ = 0;
   std::vector<BlockSums> blocks_;
   std::vector<int64_t> frames_;
@@ -200,6 +223,7 @@ void FirstHitCheck::LookAtPixel(const Exhibit& now, const Exhibit& before, int x
 void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
   layout_ = now.layout;
   const Frame& f = now.frame;
+  samples_ = MeanSamples(now);
   // Without motion nothing can be matched.
   if (before == nullptr || layout_->Find(Aov::kMotion) == nullptr) {
     return;
@@ -220,14 +244,42 @@ void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
   frames_.push_back(now.number);
 }
 
+/// \param holes  whether rays that meet no surface are among the random ones. Where a file has the
+///     light of volumes, importing has completed the guides of smoke.
+std::string FirstHitCheck::BlenderCure(bool holes, bool albedo_alone) const {
+  const std::string more =
+      fmt::format("Render > Sampling > Max Samples of {:.0f} or more", kManySamples);
+  if (holes && layout_->Find(Aov::kDirectVolume) == nullptr &&
+      layout_->Find(Aov::kIndirectVolume) == nullptr) {
+    return fmt::format(
+        "smoke and fog: switch on View Layer > Passes > Light > Volume Direct and Indirect, by "
+        "which "
+        "stillray denoise completes the guides; hair and leaves: {}",
+        more);
+  }
+  if (holes) {
+    return fmt::format("hair, leaves and transparent materials: {}", more);
+  }
+  if (albedo_alone) {
+    return fmt::format(
+        "give transparent materials Alpha 1 or a view layer of their own; switch Subsurface of "
+        "materials off; or {}",
+        more);
+  }
+  return fmt::format(
+      "switch off Camera > Depth of Field and blur afterwards (stillray denoise --post dof, or "
+      "Defocus in the compositor, with Depth); give transparent materials Alpha 1 or a view layer "
+      "of their own; or {}",
+      more);
+}
+
 /// \param part        fraction of the picture
 /// \param depth_part  fraction of the random blocks whose depth is random
 /// \param holes       fraction of their pixels without a surface
 /// \param x, y        their centre, pixels
 Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes, double x,
                                    double y) const {
-  const bool blender = layout_->renderer == "blender";
-  const bool volume = holes > kHoles;
+  const bool has_holes = holes > kHoles;
   const bool albedo_alone = depth_part == 0;
   Finding f;
   f.name = "first_hits_random";
@@ -239,37 +291,26 @@ Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes,
       "from frame to frame (expected below {:.0f} %): what a ray hits first is chance there ({}), "
       "and noise stays",
       100 * part, x, y,
-      volume         ? "surface and no surface"
+      has_holes      ? "surface and no surface"
       : albedo_alone ? "colours of surfaces"
                      : "surfaces",
       100 * kMayBeRandom,
-      volume         ? "fog or another volume"
+      has_holes      ? "fog, hair or another volume"
       : albedo_alone ? "transparency or subsurface scattering"
                      : "depth of field, transparency, or a volume");
-  if (!blender) {
-    f.cure = volume ? "render volumes apart and add them afterwards, or render more samples"
-                    : "render without lens blur, transparency apart, or render more samples";
-  } else if (volume) {
-    f.cure =
-        "render the volume in a view layer of its own (Outliner), or as Mist (View Layer > Passes "
-        "> "
-        "Data) in the compositor; or raise Render > Sampling > Max Samples";
-  } else if (albedo_alone) {
-    f.cure =
-        "give transparent materials Alpha 1 or a view layer of their own; switch Subsurface of "
-        "materials off; or raise Render > Sampling > Max Samples";
-  } else {
-    f.cure =
-        "switch off Camera > Depth of Field and blur in the compositor (Defocus, with Depth); give "
-        "transparent materials Alpha 1 or a view layer of their own; or raise Render > Sampling > "
-        "Max Samples";
-  }
+  f.cure = layout_->renderer == "blender" ? BlenderCure(has_holes, albedo_alone)
+           : has_holes ? "volumes: write their light as layers of their own (--aov "
+                         "direct_volume=LAYER, indirect_volume=LAYER), by which stillray denoise "
+                         "completes the guides of smoke; or render more samples"
+                       : "render without lens blur and add it afterwards (stillray denoise --post "
+                         "dof), transparency apart, or render more samples";
   return f;
 }
 
 void FirstHitCheck::Conclude(Verdict* verdict) {
   // With wrong motion nothing matches; depth of another kind bends everywhere.
-  if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
+  if (samples_ >= kManySamples || frames_.empty() || blocks_.empty() || verdict->Has("motion_") ||
+      verdict->Has("depth_")) {
     return;
   }
   int64_t above = 0;

@@ -294,17 +294,18 @@ void StillMotionCheck::Conclude(Verdict* verdict) {
   }
   const bool blender = layout_->renderer == "blender";
   const bool own = layout_->renderer == "stillray";
-  conclude(true, kMovedAlthoughZero, "motion_zero", "is zero everywhere, but the picture moves",
-           blender
-               ? "stillray denoise derives motion where it is zero (--motion auto; best with the "
-                 "cameras: --cameras FILE.json), but guides with motion blur stay noisy: better "
-                 "switch off Render Properties > Motion Blur (with it on, Vector is zero), and "
-                 "render again"
-           : own ? "motion in layers named as stillray's own is used as it is: write the true "
-                   "motion, or derive it (stillray denoise --motion estimate)"
-                 : "stillray denoise derives motion where it is zero (--motion auto; best with the "
-                   "cameras: --cameras FILE.json); or switch on the motion output (in some "
-                   "renderers: motion blur with an instantaneous shutter)");
+  conclude(
+      true, kMovedAlthoughZero, "motion_zero", "is zero everywhere, but the picture moves",
+      blender
+          ? "stillray denoise derives motion where it is zero (--motion auto; best with the "
+            "cameras, --cameras FILE.json, and with Cryptomatte Object or Object Index). Vector "
+            "is zero where Render Properties > Motion Blur is on; with few samples edges stay "
+            "less noisy without it, and blur can follow (stillray denoise --post motion_blur)"
+      : own ? "motion in layers named as stillray's own is used as it is: write the true "
+              "motion, or derive it (stillray denoise --motion estimate)"
+            : "stillray denoise derives motion where it is zero (--motion auto; best with the "
+              "cameras: --cameras FILE.json); or switch on the motion output (in some "
+              "renderers: motion blur with an instantaneous shutter)");
   double zoom = 0;
   if (IsZoom(&zoom)) {
     conclude(false, kMovedElsewhere, "motion_zoom",

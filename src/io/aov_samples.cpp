@@ -40,6 +40,20 @@ int CyclesSamples(const ExrImage& image, const AovSource& samples) {
   return error == std::errc() && end == text.data() + text.size() && number > 0 ? number : 0;
 }
 
+int StatedSamples(const ExrImage& image) {
+  int most = 0;
+  for (const auto& [name, text] : image.attributes) {
+    const std::string_view attribute = name;
+    int samples = 0;
+    const char* end = text.data() + text.size();
+    if (attribute.starts_with("cycles.") && attribute.ends_with(".samples") &&
+        std::from_chars(text.data(), end, samples).ptr == end) {
+      most = std::max(most, samples);
+    }
+  }
+  return most;
+}
+
 void ToCounts(int samples, Image1* fractions) {
   ForEachPixel(fractions->width(), fractions->height(), [&](int x, int y) {
     float& value = (*fractions)(x, y);

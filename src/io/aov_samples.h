@@ -23,6 +23,10 @@ std::string SamplesAttribute(const AovSource& samples);
 /// The number of samples per pixel of the layer's view layer; 0 if the file does not state it.
 int CyclesSamples(const ExrImage& image, const AovSource& samples);
 
+/// The samples per pixel that Cycles states for a view layer ("cycles.ViewLayer.samples"), the most
+/// of all view layers; 0: unknown.
+int StatedSamples(const ExrImage& image);
+
 /// round(fraction * samples) and at least 1; 0, missing, where the fraction is not above 0.
 void ToCounts(int samples, Image1* fractions);
 

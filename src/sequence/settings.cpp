@@ -3,37 +3,20 @@
 #include "sequence/settings.h"
 
 #include <algorithm>
-#include <charconv>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "io/aov_samples.h"
 #include "io/text.h"
 
 namespace stillray {
 namespace {
 
-/// The samples per pixel that Cycles states for a view layer ("cycles.ViewLayer.samples"), the most
-/// of all view layers; 0: unknown.
-int StatedSamples(const ExrImage& image) {
-  int most = 0;
-  for (const auto& [name, text] : image.attributes) {
-    const std::string_view attribute = name;
-    int samples = 0;
-    const char* end = text.data() + text.size();
-    if (attribute.starts_with("cycles.") && attribute.ends_with(".samples") &&
-        std::from_chars(text.data(), end, samples).ptr == end) {
-      most = std::max(most, samples);
-    }
-  }
-  return most;
-}
-
 /// As the user or the first file says; 0: unknown.
 int KnownSamples(const SequenceOptions& options, const ExrImage& first) {
-  return options.spp > 0 ? options.spp : StatedSamples(first);
+  return options.spp > 0 ? options.spp : io::StatedSamples(first);
 }
 
 /// The weight of a new frame where rays go through the centres of the pixels: past frames show each
@@ -132,7 +115,7 @@ Result<int> SamplesFor(const SequenceOptions& options, const AovLayout& layout,
   const std::vector<std::string>& mappings = options.aovs.mappings;
   const bool refused =
       std::find(mappings.begin(), mappings.end(), "samples=none") != mappings.end();
-  return refused || !settings.limit_history ? 1 : StatedSamples(first);
+  return refused || !settings.limit_history ? 1 : io::StatedSamples(first);
 }
 
 }  // namespace stillray

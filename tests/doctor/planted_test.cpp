@@ -334,6 +334,20 @@ TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
   EXPECT_NEAR(y, 55, 12);
 }
 
+// With 16 samples, which files of Cycles state, random guides cost little (docs/inputs.md).
+TEST(FirstHits, AreNotReportedWithManySamples) {
+  Sequence sequence = RenderSequence({.width = 192, .height = 108});
+  HalfTransparent(&sequence);
+  const auto with_samples = [&](const char* samples) {
+    for (NumberedImage& f : sequence) {
+      f.image.attributes["cycles.ViewLayer.samples"] = samples;
+    }
+    return FindingsOf(sequence);
+  };
+  EXPECT_EQ(with_samples("15"), Names{"first_hits_random"});
+  EXPECT_EQ(with_samples("16").count("first_hits_random"), 0u);
+}
+
 // A lens that zooms in by 6 % a frame while motion holds that of the camera alone.
 TEST(Zoom, IsNotBlamedOnTheUnitOfMotion) {
   constexpr float kStep = 0.94f;
