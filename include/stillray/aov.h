@@ -299,13 +299,10 @@ struct LightPart {
 /// cameras is zero here, as it needs two frames.
 /// \param previous_jitter  of the previous frame, x and y; only for files with jitter
 /// \param parts            optional: the layers of each signal
-/// \param loss_in_motion   optional: what the confidence of each pixel lacks of 1 where it moves,
-///     for motion that is found later; empty if confidence does not depend on motion
 /// \return kBadData naming a channel of the layout that the image lacks
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
-                          std::vector<LightPart>* parts = nullptr,
-                          Image1* loss_in_motion = nullptr);
+                          std::vector<LightPart>* parts = nullptr);
 
 /// Motion towards the next frame (see ConvertNextMotion), for playing a sequence backward. Empty if
 /// no layer has it, or if the layer is zero everywhere, which in Blender means "unknown" as often

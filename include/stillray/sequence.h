@@ -153,6 +153,9 @@ struct FrameReport {
   /// explains.
   double motion_estimated = 0;
   double motion_unknown = 0;
+  /// Why images in mirrors, glass or convex surfaces do not have their own guides or motion, and
+  /// the cure; empty if they do, or if there are none.
+  std::string images_missing;
   std::string note;     ///< why history was dropped, or empty
   std::string warning;  ///< of the denoiser, or empty
 };

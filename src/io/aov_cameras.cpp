@@ -6,12 +6,15 @@
 #include <charconv>
 #include <cmath>
 
+#include <glm/mat3x3.hpp>
+#include <glm/mat4x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec4.hpp>
 
 #include "core/parallel.h"
+#include "io/known_camera.h"
 #include "stillray/aov.h"
 
 namespace stillray {
@@ -101,7 +104,78 @@ glm::dvec4 Unproject(const Projection& p, const glm::dvec2& device, double z) {
   return {(e * d - b * f) / determinant, (a * f - e * c) / determinant, z, 1};
 }
 
+glm::dmat4 CameraToDevice(const CameraMatrices& camera) {
+  return ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
+}
+
+/// Whether the distance along the viewing axis alone divides device coordinates.
+bool DividesByDepth(const glm::dmat4& to_device) {
+  constexpr double kRounding = 1e-6;
+  const double by_depth = kRounding * std::abs(to_device[2][3]);
+  return by_depth > 0 && std::abs(to_device[0][3]) < by_depth &&
+         std::abs(to_device[1][3]) < by_depth && std::abs(to_device[3][3]) < by_depth;
+}
+
+/// Rows x, y and w.
+glm::dmat4x3 WithoutZ(const glm::dmat4& m) {
+  glm::dmat4x3 rows(0.0);
+  for (int column = 0; column < 4; ++column) {
+    rows[column] = {m[column][0], m[column][1], m[column][3]};
+  }
+  return rows;
+}
+
+/// From device coordinates to io::PicturePoint.
+glm::dmat3 ToPicture(const Projection& p, int width, int height) {
+  const double unit = 2.0 / width;
+  glm::dmat3 m(1.0);
+  m[0][0] = unit * p.scale.x;
+  m[1][1] = unit * p.scale.y;
+  m[2][0] = unit * (p.offset.x - 0.5 * width);
+  m[2][1] = unit * (p.offset.y - 0.5 * height);
+  return m;
+}
+
 }  // namespace
+
+namespace io {
+
+bool HasPerspective(const CameraMatrices& camera, int width, int height) {
+  return width > 0 && height > 0 && DividesByDepth(CameraToDevice(camera));
+}
+
+std::optional<CameraMotion> MotionOfCamera(const CameraMatrices& now, const CameraMatrices& before,
+                                           int width, int height) {
+  if (!HasPerspective(now, width, height) || !HasPerspective(before, width, height)) {
+    return std::nullopt;
+  }
+  const glm::dmat4 to_device = CameraToDevice(now);
+  const Projection here = Understand(to_device, now.is_standard, width, height);
+  const Projection there = Understand(CameraToDevice(before), before.is_standard, width, height);
+  // The rows x, y and w of a projection map the point P at depth z to w (d, 1), for the device
+  // coordinates d, and w is f z. So P / z is the inverse of these rows and of (0, 0, 0, 1), times
+  // (f d, f, 1 / z).
+  const double f = std::abs(to_device[2][3]);
+  const glm::dmat3 to_device_here = f * glm::inverse(ToPicture(here, width, height));
+  const glm::dmat4x3 rows = WithoutZ(to_device);
+  glm::dmat4 projection(0.0);
+  glm::dmat4 from_picture(0.0);
+  for (int column = 0; column < 4; ++column) {
+    projection[column] = glm::dvec4(rows[column], column == 3 ? 1.0 : 0.0);
+    from_picture[column] =
+        column == 3 ? glm::dvec4(0.0, 0.0, 0.0, 1.0) : glm::dvec4(to_device_here[column], 0.0);
+  }
+  const glm::dmat4 to_world = glm::inverse(ForColumns(now.world_to_camera));
+  const glm::dmat4x3 to_other = WithoutZ(ForColumns(before.world_to_ndc) * to_world);
+  CameraMotion motion;
+  motion.map = ToPicture(there, width, height) * to_other * glm::inverse(projection) * from_picture;
+  const double determinant = glm::determinant(
+      glm::dmat3(glm::dvec3(motion.map[0]), glm::dvec3(motion.map[1]), glm::dvec3(motion.map[2])));
+  return std::isfinite(determinant) && determinant != 0 ? std::optional<CameraMotion>(motion)
+                                                        : std::nullopt;
+}
+
+}  // namespace io
 
 std::optional<CameraMatrices> CameraOf(const ExrImage& image) {
   const auto to_camera = Matrix(image, "worldToCamera");
@@ -113,8 +187,7 @@ std::optional<CameraMatrices> CameraOf(const ExrImage& image) {
 }
 
 double FocalPixels(const CameraMatrices& camera, int width, int height) {
-  const glm::dmat4 to_device =
-      ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
+  const glm::dmat4 to_device = CameraToDevice(camera);
   const Projection p = Understand(to_device, camera.is_standard, width, height);
   if (std::abs(to_device[2][3]) < 1e-9) {
     return 0;
@@ -132,8 +205,7 @@ double CentredFocalPixels(const CameraMatrices& camera, int width, int height) {
   if (!(focal > 0)) {
     return 0;
   }
-  const glm::dmat4 to_device =
-      ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
+  const glm::dmat4 to_device = CameraToDevice(camera);
   const Projection p = Understand(to_device, camera.is_standard, width, height);
   const auto pixel = [&](double x, double y) {
     return Device(p.matrix, {x, y, p.z_sign, 1}) * p.scale + p.offset;

@@ -279,17 +279,32 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-void Importer::ImportSeenGuides(CameraFits* fits) {
+/// The images that layers of what is seen, and the shape of convex surfaces, tell of.
+void Importer::ImportImages() {
+  CameraFits fits(frame_.guides);
+  FrameImages images;
   const std::optional<Image1> depth = Plane1(Aov::kSeenDepth);
   if (depth && frame_.reflection.empty() && frame_.refraction.empty()) {
-    SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, fits, &frame_);
+    SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_, &images);
+    if (!moves_images_later_) {
+      MoveSeenGuides(&fits, &frame_, &images);  // by motion as stored
+    }
+  }
+  if (layout_.soft_guides && !frame_.guides.motion.empty()) {
+    ForgetMixedMotion(&frame_.guides.motion);
+  }
+  if (layout_.curved_images) {
+    SetCurvedImages(&fits, moves_images_later_, &frame_, &images);
+  }
+  if (images_ != nullptr) {
+    *images_ = std::move(images);
   }
 }
 
-NoSeenGuides Importer::CheckSeen() {
+NoSeenGuides Importer::CheckSeen(bool knows_camera) {
   ImportGuides({0, 0});
   return CheckSeenGuides({*Plane1(Aov::kSeenDepth), Colour(Aov::kSeenNormal), Image3()},
-                         frame_.guides);
+                         frame_.guides, knows_camera);
 }
 
 bool Importer::ShowsCurvedImages() {
@@ -375,14 +390,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   frame_.refraction =
       VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
-  CameraFits fits(frame_.guides);
-  ImportSeenGuides(&fits);  // compares guides as stored
-  if (layout_.soft_guides && !frame_.guides.motion.empty()) {
-    ForgetMixedMotion(&frame_.guides.motion);
-  }
-  if (layout_.curved_images) {
-    SetCurvedImages(&fits, &frame_);
-  }
+  ImportImages();
   if (MayMixGuides()) {
     LimitHistories();
     CompleteGuides(without_depth);
@@ -420,8 +428,19 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
   return motion;
 }
 
-NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout) {
-  return Importer(image, layout, "").CheckSeen();
+NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool knows_camera) {
+  return Importer(image, layout, "").CheckSeen(knows_camera);
+}
+
+Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,
+                              std::array<float, 2> previous_jitter, const std::string& name,
+                              const ImportExtras& extras) {
+  Importer importer(image, layout, name, extras);
+  Result<Frame> frame = importer.Import(previous_jitter);
+  if (extras.loss_in_motion != nullptr) {
+    *extras.loss_in_motion = importer.TakeLossInMotion();
+  }
+  return frame;
 }
 
 bool HasCurvedImages(const ExrImage& image, const AovLayout& layout) {
@@ -438,13 +457,8 @@ Image2 ImportNextMotion(const ExrImage& image, const AovLayout& layout, const Ji
 
 Result<Frame> ImportFrame(const ExrImage& image, const AovLayout& layout,
                           std::array<float, 2> previous_jitter, const std::string& name,
-                          std::vector<LightPart>* parts, Image1* loss_in_motion) {
-  io::Importer importer(image, layout, name, parts);
-  Result<Frame> frame = importer.Import(previous_jitter);
-  if (loss_in_motion != nullptr) {
-    *loss_in_motion = importer.TakeLossInMotion();
-  }
-  return frame;
+                          std::vector<LightPart>* parts) {
+  return io::ImportFrameWith(image, layout, previous_jitter, name, {.parts = parts});
 }
 
 }  // namespace stillray

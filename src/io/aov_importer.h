@@ -15,13 +15,35 @@
 
 namespace stillray::io {
 
+/// What a caller may ask for beside the frame.
+struct ImportExtras {
+  std::vector<LightPart>* parts = nullptr;  ///< ImportFrame
+  /// The motion of images is left zero: the caller sets it (SetImageMotion), as it knows that of
+  /// the camera.
+  bool moves_images = false;
+  FrameImages* images = nullptr;
+  /// What the confidence of each pixel lacks of 1 where it moves, for motion that is found later;
+  /// empty if confidence does not depend on motion.
+  Image1* loss_in_motion = nullptr;
+};
+
+/// As ImportFrame (aov.h), with more to ask for.
+Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,
+                              std::array<float, 2> previous_jitter, const std::string& name,
+                              const ImportExtras& extras);
+
 /// Converts one file to a frame. Those of its functions that import light are in
 /// aov_import_light.cpp.
 class Importer {
  public:
   Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
-           std::vector<LightPart>* parts = nullptr)
-      : image_(image), layout_(layout), name_(name), parts_(parts) {
+           const ImportExtras& extras = {})
+      : image_(image),
+        layout_(layout),
+        name_(name),
+        parts_(extras.parts),
+        moves_images_later_(extras.moves_images),
+        images_(extras.images) {
     frame_.width = image.width;
     frame_.height = image.height;
   }
@@ -30,7 +52,7 @@ class Importer {
   /// After Import: MixedLoss of pixels whose confidence depends on motion; empty without such.
   Image1 TakeLossInMotion() { return std::move(loss_in_motion_); }
   Image2 NextMotion(const JitterPair& jitter) const;
-  NoSeenGuides CheckSeen();
+  NoSeenGuides CheckSeen(bool knows_camera);
   bool ShowsCurvedImages();
 
  private:
@@ -46,7 +68,7 @@ class Importer {
   void ImportNormal();
   void ImportId();
   void ImportAlbedo();
-  void ImportSeenGuides(CameraFits* fits);
+  void ImportImages();
   VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
                                 const JitterPair& jitter) const;
   Plane<uint32_t> Ids(const Channel& channel) const;
@@ -67,6 +89,8 @@ class Importer {
   const AovLayout& layout_;
   const std::string& name_;
   std::vector<LightPart>* parts_;  ///< or nullptr
+  bool moves_images_later_;        ///< ImportExtras::moves_images
+  FrameImages* images_;            ///< or nullptr
   Image3 volume_;                  ///< light of volumes
   Image1 loss_in_motion_;
   Frame frame_;

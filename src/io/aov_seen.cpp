@@ -35,6 +35,10 @@ std::vector<std::string> MissingFor(const AovLayout& layout) {
   return missing;
 }
 
+std::string MotionName(const AovLayout& layout) {
+  return layout.Find(Aov::kMotion) == nullptr ? "motion" : LayerNameOf(layout, Aov::kMotion);
+}
+
 /// The pass that does not fit, and what to change.
 std::string Reason(const AovLayout& layout, NoSeenGuides why) {
   switch (why) {
@@ -52,37 +56,72 @@ std::string Reason(const AovLayout& layout, NoSeenGuides why) {
     case NoSeenGuides::kMotion:
       return fmt::format(
           "{} is not the motion of a camera before a mostly static scene: check its signs "
-          "(stillray check), and render objects that fill the picture in a separate view layer",
-          LayerNameOf(layout, Aov::kMotion));
+          "(stillray check), give the cameras (--cameras FILE.json), or render objects that fill "
+          "the picture in a separate view layer",
+          MotionName(layout));
+    case NoSeenGuides::kOnePlane:
+      return fmt::format(
+          "all surfaces that follow the camera lie in one plane, by which {} does not tell how the "
+          "camera moves: give the cameras (--cameras FILE.json), or show surfaces at other depths",
+          MotionName(layout));
     case NoSeenGuides::kNone:
       break;
   }
   return "";
 }
 
-void Note(const AovLayout& used, const std::string& reason, std::vector<std::string>* notes) {
-  const std::string depth = LayerNameOf(used, Aov::kSeenDepth);
-  notes->push_back(
-      reason.empty()
-          ? fmt::format("reflections in mirrors and what is seen through glass follow {}, and "
-                        "the normals and albedo beside it",
-                        depth)
-          : fmt::format("reflections and refractions do not follow {}, and are blurred where they "
-                        "move: {}",
-                        depth, reason));
+constexpr const char* kFollow =
+    "reflections in mirrors and what is seen through glass follow {}, and the normals and albedo "
+    "beside it";
+constexpr const char* kBlurred = "reflections and refractions do not follow ";
+
+void Note(const AovLayout& used, NoSeenGuides why, std::vector<std::string>* notes) {
+  notes->push_back(why == NoSeenGuides::kNone
+                       ? fmt::format(kFollow, LayerNameOf(used, Aov::kSeenDepth))
+                       : LackOfImages(used, why));
+}
+
+std::string Blurred(const AovLayout& layout, const std::string& reason) {
+  return fmt::format("{}{}, and are blurred where they move: {}", kBlurred,
+                     LayerNameOf(layout, Aov::kSeenDepth), reason);
 }
 
 }  // namespace
+
+std::string LackOfImages(const AovLayout& layout, NoSeenGuides why) {
+  if (why == NoSeenGuides::kNone) {
+    return "";
+  }
+  return layout.Find(Aov::kSeenDepth) != nullptr
+             ? Blurred(layout, Reason(layout, why))
+             : fmt::format("reflections in convex surfaces do not follow the image behind them: {}",
+                           Reason(layout, why));
+}
+
+bool IsNotedInLayout(const AovLayout& layout) {
+  return std::any_of(layout.notes.begin(), layout.notes.end(),
+                     [](const std::string& note) { return note.starts_with(kBlurred); });
+}
+
+void NoteSeenGuidesOfKnownCamera(const ExrImage& image, AovLayout* layout) {
+  if (layout->Find(Aov::kSeenDepth) == nullptr || !IsNotedInLayout(*layout)) {
+    return;
+  }
+  std::erase_if(layout->notes, [](const std::string& note) { return note.starts_with(kBlurred); });
+  Note(*layout, CheckSeenLayers(image, *layout, true), &layout->notes);
+}
 
 void DecideSeenGuides(const ExrImage& image, AovLayout* layout) {
   const bool all = std::all_of(std::begin(kSeen), std::end(kSeen),
                                [&](Aov aov) { return layout->Find(aov) != nullptr; });
   const std::vector<std::string> missing = MissingFor(*layout);
   if (all && !layout->from_colour) {
-    Note(*layout,
-         missing.empty() ? Reason(*layout, CheckSeenLayers(image, *layout))
-                         : fmt::format("the file has no {}", fmt::join(missing, ", no ")),
-         &layout->notes);
+    if (missing.empty()) {
+      Note(*layout, CheckSeenLayers(image, *layout, false), &layout->notes);
+    } else {
+      layout->notes.push_back(
+          Blurred(*layout, fmt::format("the file has no {}", fmt::join(missing, ", no "))));
+    }
   }
   if (!all || layout->from_colour || !missing.empty()) {
     for (const Aov aov : kSeen) {

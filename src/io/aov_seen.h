@@ -5,17 +5,31 @@
 /// convex ones.
 #pragma once
 
+#include <string>
+
 #include "io/seen_guides.h"
 #include "stillray/aov.h"
 
 namespace stillray::io {
 
-/// Imports guides alone. \param layout  has kSeenDepth, kSeenNormal, kDepth, kNormal and kMotion
-NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout);
+/// Imports guides alone.
+/// \param layout        has kSeenDepth, kSeenNormal, kDepth, kNormal and kMotion
+/// \param knows_camera  whether the camera's motion is known by its matrices
+NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool knows_camera);
 
 /// Decides whether the layers are used, and drops them if not. They need everything that they are
 /// compared with, and light of their own. Adds a note if the file has all of them.
 void DecideSeenGuides(const ExrImage& image, AovLayout* layout);
+
+/// Replaces that note for a sequence whose cameras are known.
+/// \param image  the first file
+void NoteSeenGuidesOfKnownCamera(const ExrImage& image, AovLayout* layout);
+
+/// "reflections ... are blurred where they move: ...": the consequence, the layer that does not
+/// fit, and the cure. Empty for kNone.
+std::string LackOfImages(const AovLayout& layout, NoSeenGuides why);
+/// Whether a note of the layout says so already, of the first frame.
+bool IsNotedInLayout(const AovLayout& layout);
 
 /// Imports guides alone. \param layout  has kDepth and kNormal
 bool HasCurvedImages(const ExrImage& image, const AovLayout& layout);

@@ -283,6 +283,41 @@ glm::dmat4x3 StartOfMap(const std::vector<MovedPoint>& points, double pixel) {
   return best;
 }
 
+/// Whether the points move and lie in one plane, through which the motion at other depths is
+/// unknown: with the plane's nearness a . (p, 1), the maps H - e a^T with the epipole e move its
+/// points alike for every e (Hartley and Zisserman, section 13.1). Of a plane that does not move,
+/// no other camera than one that stands still is plausible.
+bool IsOnePlane(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, double tolerance) {
+  /// RMS of the nearness off the plane, of the median nearness, from which on the epipole is known:
+  /// depth in halves is off the plane by 0.0003, and errors of 0.01 pixels in the motion of all
+  /// samples amount to 0.03 pixels far from it.
+  constexpr double kLeastRelief = 0.003;
+  constexpr double kStill = 0.02;  // of the tolerance
+  NormalEquations<3> equations;
+  double moved = 0;
+  size_t fitting = 0;
+  for (const MovedPoint& point : points) {
+    if (ErrorOf(map, point) < tolerance) {
+      equations.Add({static_cast<double>(point.now.x), static_cast<double>(point.now.y), 1},
+                    point.nearness, 1);
+      moved = std::max(moved, static_cast<double>(glm::length(point.before - point.now)));
+      ++fitting;
+    }
+  }
+  if (moved < kStill * tolerance) {
+    return false;
+  }
+  const std::array<double, 3> plane = equations.Solve(1e-12);
+  double squares = 0;
+  for (const MovedPoint& point : points) {
+    if (ErrorOf(map, point) < tolerance) {
+      const double on_plane = plane[0] * point.now.x + plane[1] * point.now.y + plane[2];
+      squares += (point.nearness - on_plane) * (point.nearness - on_plane);
+    }
+  }
+  return squares < kLeastRelief * kLeastRelief * static_cast<double>(fitting);
+}
+
 // The field of view.
 
 /// A normal, and the plane through nearness around it (NearnessPlane), of unit length.
@@ -516,15 +551,26 @@ std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& m
   });
   const bool fits = !points.empty() &&
                     static_cast<double>(fitting) >= kLeastPart * static_cast<double>(points.size());
-  return fits ? std::optional<CameraMotion>(fit) : std::nullopt;
+  if (!fits) {
+    return std::nullopt;
+  }
+  fit.of_one_plane = IsOnePlane(fit.map, points, kTolerance * pixel);
+  return fit;
 }
 
 const std::optional<CameraMotion>& CameraFits::Motion() {
   if (!motion_) {
-    motion_ =
+    std::optional<CameraMotion> fit =
         guides_.motion.empty() ? std::nullopt : FitCameraMotion(guides_.depth, guides_.motion);
+    sees_one_plane_ = fit && fit->of_one_plane;
+    motion_ = sees_one_plane_ ? std::nullopt : fit;
   }
   return *motion_;
+}
+
+bool CameraFits::SeesOnePlane() {
+  Motion();
+  return sees_one_plane_;
 }
 
 const std::optional<View>& CameraFits::FieldOfView() {

@@ -62,6 +62,8 @@ std::optional<View> FitView(const Image1& depth, const Image3& normal);
 struct CameraMotion {
   glm::dmat4x3 map;  ///< columns belong to x, y, 1 and depth_unit / z
   double depth_unit = 1;
+  /// The points that were fitted move and lie in one plane: motion at other depths is arbitrary.
+  bool of_one_plane = false;
 
   /// \param p  see PicturePoint
   /// \param z  > 0, may be infinite
@@ -71,7 +73,8 @@ struct CameraMotion {
 
 /// \param motion  pixels, as Guides::motion
 /// \return nothing if fewer than a third of the surfaces move within a tenth of a pixel like this.
-///         Before a single plane, motion at other depths is finite but arbitrary
+///         Before a single plane, motion at other depths is finite but arbitrary, unless nothing
+///         moves (of_one_plane)
 std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion);
 
 /// Both fits to the guides of a frame, computed at their first use.
@@ -80,12 +83,16 @@ class CameraFits {
   /// \param guides  depth, normal and motion, which may be empty; must outlive this
   explicit CameraFits(const Guides& guides) : guides_(guides) {}
 
+  /// Nothing if it is unknown, also at some depths alone.
   const std::optional<CameraMotion>& Motion();
+  /// Whether Motion() is unknown because all that stands still lies in one plane.
+  bool SeesOnePlane();
   const std::optional<View>& FieldOfView();
 
  private:
   const Guides& guides_;
   std::optional<std::optional<CameraMotion>> motion_;
+  bool sees_one_plane_ = false;
   std::optional<std::optional<View>> view_;
 };
 

@@ -192,6 +192,12 @@ Image1 RoughnessOf(const Frame& frame) {
   return roughness;
 }
 
+/// Whether so many pixels with images matter.
+bool IsEnough(int64_t count, int width, int height) {
+  return static_cast<float>(count) >=
+         kLeastPart * static_cast<float>(width) * static_cast<float>(height);
+}
+
 }  // namespace
 
 bool HasCurvedImages(const Guides& guides) {
@@ -207,11 +213,10 @@ bool HasCurvedImages(const Guides& guides) {
     const float curvature = surfaces.CurvatureAt(x, y);
     count += curvature > 0 && BehindSurface(curvature, glm::length(surfaces.PointAt(x, y))) > 0;
   });
-  return static_cast<float>(count) >=
-         kLeastPart * static_cast<float>(width) * static_cast<float>(height);
+  return IsEnough(count, width, height);
 }
 
-void SetCurvedImages(CameraFits* fits, Frame* frame) {
+void SetCurvedImages(CameraFits* fits, bool later, Frame* frame, FrameImages* images) {
   Guides& g = frame->guides;
   const int width = frame->width;
   const int height = frame->height;
@@ -221,9 +226,14 @@ void SetCurvedImages(CameraFits* fits, Frame* frame) {
     frame->reflection.depth = Image1(width, height);
     frame->reflection.motion = Image2(width, height);
   }
-  const std::optional<CameraMotion>& camera = fits->Motion();
+  if (images->reflection.empty()) {
+    images->reflection = Plane<uint8_t>(width, height);
+  }
+  Plane<uint8_t> convex(width, height);
+  const std::optional<CameraMotion> camera = later ? std::nullopt : fits->Motion();
   const std::optional<View>& view = fits->FieldOfView();
-  if (camera && view && width > 1 && height > 1) {
+  std::atomic<int64_t> unmoved = 0;  // pixels whose image has no motion
+  if (view && width > 1 && height > 1) {
     const Surfaces surfaces(g, *view);
     ForEachPixel(width, height, [&](int x, int y) {
       const bool smooth = known && g.roughness(x, y) < kSmooth;
@@ -232,18 +242,25 @@ void SetCurvedImages(CameraFits* fits, Frame* frame) {
       }
       const float distance = glm::length(surfaces.PointAt(x, y));
       const float behind = BehindSurface(surfaces.CurvatureAt(x, y), distance);
-      if (behind > 0) {
-        const float z = g.depth(x, y);
-        const float image = z * (1 + behind / distance);
-        const vec2 motion = ImageMotion(*camera, g, x, y, image);
-        frame->reflection.depth(x, y) = image;
-        frame->reflection.motion[0](x, y) = motion.x;
-        frame->reflection.motion[1](x, y) = motion.y;
-        if (!known) {
-          roughness(x, y) = kCurvedRoughness;
-        }
+      if (!(behind > 0)) {
+        return;
+      }
+      if (!later && !camera) {
+        ++unmoved;
+        return;
+      }
+      frame->reflection.depth(x, y) = g.depth(x, y) * (1 + behind / distance);
+      convex(x, y) = images->reflection(x, y) = static_cast<uint8_t>(ImageKind::kConvex);
+      if (!known) {
+        roughness(x, y) = kCurvedRoughness;
       }
     });
+  }
+  if (camera) {
+    SetImageMotion(convex, images->lens, *camera, fits, g, &frame->reflection);
+  }
+  if (IsEnough(unmoved, width, height) && images->missing == NoSeenGuides::kNone) {
+    images->missing = WhyUnknown(fits);
   }
   if (!known) {
     g.roughness = std::move(roughness);

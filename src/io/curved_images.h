@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "io/camera_fit.h"
+#include "io/image_motion.h"
 #include "stillray/frame.h"
 
 namespace stillray::io {
@@ -31,9 +32,12 @@ bool HasCurvedImages(const Guides& guides);
 /// Surfaces of a known roughness below 0.1 are left alone: such images have guides of their own.
 /// If the frame has no roughness it gets one: kCurvedRoughness, else 0 where the frame shows
 /// images, 1 elsewhere.
-/// \param fits   to the frame's guides
-/// \param frame  needs depth, normal and motion. Nothing is added if the motion is not that of a
+/// \param fits    to the frame's guides
+/// \param later   the motion of the images is left zero, as the camera's is known otherwise
+/// \param frame   needs depth, normal and motion. Nothing is added if the motion is not that of a
 ///     camera before a mostly static scene, or if depth and normals fit no perspective
-void SetCurvedImages(CameraFits* fits, Frame* frame);
+/// \param images  [in,out] the kinds of the images. `missing`, if it is kNone, is set if the frame
+///     has such surfaces and the camera's motion is unknown
+void SetCurvedImages(CameraFits* fits, bool later, Frame* frame, FrameImages* images);
 
 }  // namespace stillray::io

@@ -89,6 +89,9 @@ std::optional<ReflectedMotion::Cell> ReflectedMotion::CellAt(int x, int y, int u
       }
       cell.deviation[j][i] = DeviationAt(u + i, v + j, target);
       cell.motion[j][i] = {guides_.motion[0](u + i, v + j), guides_.motion[1](u + i, v + j)};
+      if (!(std::abs(cell.motion[j][i].x) < static_cast<float>(guides_.depth.width()))) {
+        return std::nullopt;  // unknown
+      }
     }
   }
   return cell;

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/guides.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
-#include "io/reflected_motion.h"
 #include "io/seen_curved.h"
 #include "io/seen_planar.h"
 #include "io/seen_surfaces.h"
@@ -75,11 +75,42 @@ vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x,
   return seen;
 }
 
-void MakePlanes(int width, int height, VirtualGuides* guides) {
+void MakePlanes(int width, int height, VirtualGuides* guides, Plane<uint8_t>* kinds) {
   guides->depth = Image1(width, height);
   guides->normal = Image3(width, height);
   guides->albedo = Image3(width, height);
   guides->motion = Image2(width, height);
+  *kinds = Plane<uint8_t>(width, height);
+}
+
+/// Planes in which nothing shows an image.
+void MakeImages(Frame* frame, FrameImages* images) {
+  MakePlanes(frame->width, frame->height, &frame->reflection, &images->reflection);
+  if (!frame->guides.transmission_albedo.empty()) {
+    MakePlanes(frame->width, frame->height, &frame->refraction, &images->refraction);
+  }
+}
+
+bool HasSurface(const Image1& depth) {
+  for (int y = 0; y < depth.height(); ++y) {
+    const float* row = depth.Row(y);
+    if (std::any_of(row, row + depth.width(), IsSurface)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool HasImage(const FrameImages& images) {
+  for (const Plane<uint8_t>* kinds : {&images.reflection, &images.refraction}) {
+    for (int y = 0; y < kinds->height(); ++y) {
+      const uint8_t* row = kinds->Row(y);
+      if (std::any_of(row, row + kinds->width(), [](uint8_t kind) { return kind != 0; })) {
+        return true;
+      }
+    }
+  }
+  return false;
 }
 
 /// The normals of pixels in which nothing else is seen; others are zero.
@@ -108,10 +139,9 @@ mat3 Completed(const mat3& map) {
 struct SeenFit {
   Lens lens;
   mat3 to_world{1.0f};
-  CameraMotion camera;
 };
 
-NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, CameraFits* fits, SeenFit* fit) {
+NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
   const std::optional<Lens> lens = FitLens(g.depth, layers.depth);
   if (!lens) {
     return NoSeenGuides::kLens;
@@ -126,10 +156,6 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, CameraFits* fits, Se
     return NoSeenGuides::kNormal;
   }
   fit->to_world = glm::inverse(to_camera);
-  if (!fits->Motion()) {
-    return NoSeenGuides::kMotion;
-  }
-  fit->camera = *fits->Motion();
   return NoSeenGuides::kNone;
 }
 
@@ -143,8 +169,8 @@ vec3 SeenNormal(vec3 normal, vec3 albedo) {
 /// Guides of what pixels see.
 class Images {
  public:
-  Images(const SeenLayers& layers, const Seen& seen, Frame* frame)
-      : layers_(layers), seen_(seen), frame_(*frame) {}
+  Images(const SeenLayers& layers, const Seen& seen, Frame* frame, FrameImages* images)
+      : layers_(layers), seen_(seen), frame_(*frame), images_(*images) {}
 
   vec3 AlbedoAt(bool refracted, int x, int y) const {
     const Guides& g = frame_.guides;
@@ -161,31 +187,31 @@ class Images {
   }
 
   /// Depth and normal are those that pixel `from` sees.
-  void Set(bool refracted, ivec2 from, vec3 albedo, vec2 motion, int x, int y) {
+  void Set(bool refracted, ivec2 from, vec3 albedo, ImageKind kind, int x, int y) {
     VirtualGuides& to = refracted ? frame_.refraction : frame_.reflection;
     to.depth(x, y) = seen_.depth(from.x, from.y);
     SetVector(SeenNormal(VectorAt(seen_.normal, from.x, from.y), albedo), x, y, &to.normal);
     SetVector(albedo, x, y, &to.albedo);
-    to.motion[0](x, y) = motion.x;
-    to.motion[1](x, y) = motion.y;
+    (refracted ? images_.refraction : images_.reflection)(x, y) = static_cast<uint8_t>(kind);
   }
 
  private:
   const SeenLayers& layers_;
   const Seen& seen_;
   Frame& frame_;
+  FrameImages& images_;
 };
 
-/// Images in planar mirrors and panes of glass. Their motion is that of the camera at their depth.
+/// Images in planar mirrors and panes of glass.
 /// \return 1 on surfaces that show one
-Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, const SeenFit& fit, Seen* seen,
-                                 Frame* frame) {
+Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, Seen* seen, Frame* frame,
+                                 FrameImages* set) {
   const Guides& g = frame->guides;
   const Patches patches(g, seen->depth, OnSamePlane);
   const std::vector<PatchKind> kinds = PlanarKinds(*seen, patches, g);
   const Plane<uint8_t> dropped = DropOtherLobes(*frame, patches, kinds, seen);
   Plane<uint8_t> taken(frame->width, frame->height);
-  Images images(layers, *seen, frame);
+  Images images(layers, *seen, frame, set);
   ForEachPixel(frame->width, frame->height, [&](int x, int y) {
     const int32_t patch = patches.Of(x, y);
     const PatchKind kind = patch < 0 ? PatchKind() : kinds[static_cast<size_t>(patch)];
@@ -193,10 +219,8 @@ Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, const SeenFit& fit, S
     const ivec2 from =
         kind.shows_image ? PlanarSource(*seen, patches, dropped(x, y) != 0, x, y) : ivec2(-1, -1);
     if (from.x >= 0) {
-      const auto depth = static_cast<double>(seen->depth(from.x, from.y));
-      const vec2 motion = fit.camera.MotionOf(PixelPoint(g.depth, x, y), depth, frame->width);
-      images.Set(kind.refracted, from, images.AlbedoAt(kind.refracted, from.x, from.y), motion, x,
-                 y);
+      images.Set(kind.refracted, from, images.AlbedoAt(kind.refracted, from.x, from.y),
+                 ImageKind::kPlanar, x, y);
     }
   });
   return taken;
@@ -219,10 +243,10 @@ vec3 MeanAlbedo(const Images& images, const Seen& seen, const Plane<int32_t>& so
   return count > 0 ? sum / count : images.AlbedoAt(refracted, from.x, from.y);
 }
 
-/// Images in curved mirrors and glass. Reflections move as ReflectedMotion says. What is seen
-/// through glass moves with it: its path is not known.
-void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, CameraFits* fits,
-                       const Plane<uint8_t>& taken, Seen seen, Frame* frame) {
+/// Images in curved mirrors and glass. What is seen through glass moves with it: its path is not
+/// known.
+void SetImagesOfCurves(const SeenLayers& layers, const Plane<uint8_t>& taken, Seen seen,
+                       Frame* frame, FrameImages* set) {
   const Guides& g = frame->guides;
   ForEachPixel(frame->width, frame->height, [&](int x, int y) {
     seen.depth(x, y) = taken(x, y) != 0 ? 0.0f : seen.depth(x, y);
@@ -233,11 +257,7 @@ void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, CameraFits*
     return;
   }
   const Plane<int32_t> sources = CurvedSources(seen, g, patches, kinds);
-  std::optional<ReflectedMotion> reflected;
-  if (const std::optional<View>& view = fits->FieldOfView()) {
-    reflected.emplace(g, fit.lens, fit.camera, view->to_camera);
-  }
-  Images images(layers, seen, frame);
+  Images images(layers, seen, frame, set);
   ForEachPixel(frame->width, frame->height, [&](int x, int y) {
     const int32_t source = sources(x, y);
     if (source < 0) {
@@ -248,36 +268,54 @@ void SetImagesOfCurves(const SeenLayers& layers, const SeenFit& fit, CameraFits*
     const bool is_own = from == ivec2(x, y) || (!refracted && seen.depth(x, y) > 0);
     const vec3 albedo = is_own ? images.AlbedoAt(refracted, x, y)
                                : MeanAlbedo(images, seen, sources, refracted, from, x, y);
-    const vec2 own(g.motion[0](x, y), g.motion[1](x, y));
-    const std::optional<vec2> motion =
-        refracted || !reflected ? own : reflected->At(x, y, seen.depth(from.x, from.y));
-    images.Set(refracted, from, albedo, motion.value_or(own), x, y);
+    images.Set(refracted, from, albedo, refracted ? ImageKind::kSurface : ImageKind::kReflected, x,
+               y);
   });
 }
 
 }  // namespace
 
-NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides) {
+NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool knows_camera) {
   SeenFit fit;
-  CameraFits fits(guides);
-  return Fit(seen, guides, &fits, &fit);
-}
-
-NoSeenGuides SetSeenGuides(const SeenLayers& layers, CameraFits* fits, Frame* frame) {
-  const Guides& g = frame->guides;
-  MakePlanes(frame->width, frame->height, &frame->reflection);
-  if (!g.transmission_albedo.empty()) {
-    MakePlanes(frame->width, frame->height, &frame->refraction);
-  }
-  SeenFit fit;
-  const NoSeenGuides why = Fit(layers, g, fits, &fit);
-  if (why != NoSeenGuides::kNone) {
+  const NoSeenGuides why = Fit(seen, guides, &fit);
+  if (why != NoSeenGuides::kNone || knows_camera) {
     return why;
   }
+  CameraFits fits(guides);
+  return WhyUnknown(&fits);
+}
+
+void SetSeenGuides(const SeenLayers& layers, Frame* frame, FrameImages* images) {
+  const Guides& g = frame->guides;
+  MakeImages(frame, images);
+  if (!HasSurface(g.depth)) {
+    return;
+  }
+  SeenFit fit;
+  images->missing = Fit(layers, g, &fit);
+  if (images->missing != NoSeenGuides::kNone) {
+    return;
+  }
+  images->lens = fit.lens;
   Seen seen = FindSeen(layers, fit.lens, fit.to_world, g);
-  const Plane<uint8_t> taken = SetImagesOfPlanes(layers, fit, &seen, frame);
-  SetImagesOfCurves(layers, fit, fits, taken, std::move(seen), frame);
-  return NoSeenGuides::kNone;
+  const Plane<uint8_t> taken = SetImagesOfPlanes(layers, &seen, frame, images);
+  SetImagesOfCurves(layers, taken, std::move(seen), frame, images);
+}
+
+void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images) {
+  if (images->missing != NoSeenGuides::kNone || !HasImage(*images)) {
+    return;
+  }
+  images->missing = WhyUnknown(fits);
+  if (images->missing != NoSeenGuides::kNone) {
+    MakeImages(frame, images);
+    return;
+  }
+  const Guides& g = frame->guides;
+  SetImageMotion(images->reflection, images->lens, *fits->Motion(), fits, g, &frame->reflection);
+  if (!images->refraction.empty()) {
+    SetImageMotion(images->refraction, images->lens, *fits->Motion(), fits, g, &frame->refraction);
+  }
 }
 
 }  // namespace stillray::io

@@ -6,6 +6,7 @@
 #pragma once
 
 #include "io/camera_fit.h"
+#include "io/image_motion.h"
 #include "stillray/frame.h"
 
 namespace stillray::io {
@@ -17,28 +18,26 @@ struct SeenLayers {
   Image3 albedo;  ///< all lobes together, times the throughput of the path
 };
 
-/// Why a file has no virtual guides.
-enum class NoSeenGuides : uint8_t {
-  kNone,    ///< it has some, or no mirror
-  kLens,    ///< the depth of what is seen fits no camera
-  kNormal,  ///< its normals are not those of the frame in other axes, or all are parallel
-  kMotion,  ///< the motion is not that of a camera before a mostly static scene
-};
+/// Sets frame->reflection and frame->refraction, if the frame has specular or transmitted light,
+/// but for their motion (MoveSeenGuides): each mirror or pane has the guides of what is seen in it,
+/// reflected or through it, whichever is brighter by its albedos. Surfaces in which neighbours
+/// mostly see something else are rough: their layers are those of random directions. Albedo above 1
+/// is that of a lamp. \param frame   needs depth, normal, motion and the albedos; its light
+/// distinguishes lobes and
+///     lamps
+/// \param images  [out] all members; `missing` is kNone, kLens or kNormal
+void SetSeenGuides(const SeenLayers& seen, Frame* frame, FrameImages* images);
 
-/// Sets frame->reflection and frame->refraction, if the frame has specular or transmitted light:
-/// each mirror or pane has the guides of what is seen in it, reflected or through it, whichever is
-/// brighter by its albedos. Images in planar surfaces move as the camera does at their depth, those
-/// in curved mirrors by the law of reflection (ReflectedMotion), and what curved glass shows moves
-/// with the glass. Surfaces in which neighbours mostly see something else are rough: their layers
-/// are those of random directions. Albedo above 1 is that of a lamp.
-/// \param fits   to the frame's guides
-/// \param frame  needs depth, normal, motion and the albedos; its light distinguishes lobes and
-/// lamps
-NoSeenGuides SetSeenGuides(const SeenLayers& seen, CameraFits* fits, Frame* frame);
+/// Sets the motion of these images: in planar surfaces that of the camera at their depth, in curved
+/// mirrors by the law of reflection (ReflectedMotion), and that of the glass where curved glass
+/// shows them. If the camera's motion is unknown, the frame has no images, and `missing` says why.
+/// \param fits  to the frame's guides
+void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images);
 
-/// What SetSeenGuides would return.
-/// \param seen    depth and normal
-/// \param guides  depth, normal and motion
-NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides);
+/// Why SetSeenGuides and MoveSeenGuides would set nothing.
+/// \param seen          depth and normal
+/// \param guides        depth, normal and motion
+/// \param knows_camera  whether the camera's motion is known by its matrices
+NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool knows_camera);
 
 }  // namespace stillray::io

@@ -6,6 +6,7 @@
 
 #include <fmt/format.h>
 
+#include "io/aov_seen.h"
 #include "sequence/byte_blocks.h"
 #include "sequence/frame_loop.h"
 #include "sequence/memory.h"
@@ -64,6 +65,9 @@ Link SequenceFilter::LinkFrame(SequenceFrame* frame, FrameReport* report) {
   report->motion = MotionKindName(frame->origin.kind);
   report->motion_estimated = frame->origin.estimated;
   report->motion_unknown = frame->origin.unknown;
+  if (link == Link::kContinues) {
+    report->images_missing = io::LackOfImages(view_.layout, frame->images.missing);
+  }
   if (link != Link::kContinues) {
     denoiser_->Reset();
     if (splitter_) {

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "denoise/shot_cuts.h"
+#include "io/aov_importer.h"
+#include "io/known_camera.h"
 #include "sequence/memory.h"
 
 namespace stillray {
@@ -64,9 +66,17 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
     return loaded.status();
   }
   SequenceFrame result;
-  Result<Frame> frame =
-      ImportFrame(loaded->image, layout, {0, 0}, file.input,
-                  to_write && options.passes ? &result.parts : nullptr, &result.loss_in_motion);
+  Result<std::optional<CameraMatrices>> camera = CameraOfFrame(view.motion, file, loaded->image);
+  STILLRAY_RETURN_IF_ERROR(camera.status());
+  result.camera = *camera;
+  result.moves_images = result.camera && io::HasPerspective(*result.camera, loaded->image.width,
+                                                            loaded->image.height);
+  io::ImportExtras extras;
+  extras.parts = to_write && options.passes ? &result.parts : nullptr;
+  extras.moves_images = result.moves_images;
+  extras.images = &result.images;
+  extras.loss_in_motion = &result.loss_in_motion;
+  Result<Frame> frame = io::ImportFrameWith(loaded->image, layout, {0, 0}, file.input, extras);
   if (!frame.ok()) {
     return frame.status();
   }
@@ -74,9 +84,6 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   result.frame.index = file.frame;
   result.next_motion =
       ImportNextMotion(loaded->image, layout, {result.frame.jitter_x, result.frame.jitter_y, 0, 0});
-  Result<std::optional<CameraMatrices>> camera = CameraOfFrame(view.motion, file, loaded->image);
-  STILLRAY_RETURN_IF_ERROR(camera.status());
-  result.camera = *camera;
   if (const auto any = result.camera ? result.camera : CameraOf(loaded->image)) {
     result.focal_pixels = FocalPixels(*any, result.frame.width, result.frame.height);
   }
@@ -105,6 +112,7 @@ void KeepGuidesOnly(SequenceFrame* frame) {
   frame->frame.emission = Image3();
   frame->frame.background = Image3();
   frame->next_motion = Image2();
+  frame->images = io::FrameImages();
 }
 
 Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, SequenceFrame* now) {
@@ -114,12 +122,16 @@ Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, Seque
   if (!SameSize(before.frame, now->frame)) {
     return Link::kResized;
   }
-  if (view.cache == nullptr || !view.cache->Restore(view.layout, &now->frame, &now->origin)) {
+  if (view.cache == nullptr || !view.cache->Restore(&now->frame, &now->origin)) {
     now->origin = CompleteMotion({before.frame, before.camera}, view.motion, view.layout,
                                  {&now->frame, now->camera, now->loss_in_motion});
     if (view.cache != nullptr) {
       view.cache->Keep(now->frame, now->origin);
     }
+  }
+  const MotionKind kind = now->origin.kind;
+  if (now->moves_images || kind == MotionKind::kCamera || kind == MotionKind::kEstimate) {
+    MoveImages(view.layout, before.camera, now->camera, &now->images, &now->frame);
   }
   if (now->frame.guides.motion.empty()) {
     return Link::kCut;

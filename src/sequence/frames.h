@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "io/image_motion.h"
 #include "sequence/motion_cache.h"
 #include "sequence/motion_plan.h"
 #include "stillray/aov.h"
@@ -35,11 +36,14 @@ struct SequenceFrame {
   Frame frame;
   /// Towards the next frame, lacking that frame's jitter likewise; empty if the file has none.
   Image2 next_motion;
-  Image1 loss_in_motion;                 ///< as ImportFrame returns it
-  std::optional<CameraMatrices> camera;  ///< if motion is derived from it
+  Image1 loss_in_motion;                 ///< as ImportFrameWith returns it
+  std::optional<CameraMatrices> camera;  ///< if motion may be derived from it
   double focal_pixels = 0;               ///< SequenceHooks::effects
   /// Of its motion; set by LinkToPrevious().
   MotionOrigin origin;
+  /// Of what surfaces show. LinkToPrevious() sets the motion of images with `moves_images`.
+  io::FrameImages images;
+  bool moves_images = false;
   std::vector<LightPart> parts;  ///< of the light; with SequenceOptions::passes
   Image1 alpha;                  ///< with SequenceOptions::denoise_alpha
 };

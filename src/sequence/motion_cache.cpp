@@ -4,7 +4,7 @@
 
 namespace stillray {
 
-bool MotionCache::Restore(const AovLayout& layout, Frame* frame, MotionOrigin* origin) const {
+bool MotionCache::Restore(Frame* frame, MotionOrigin* origin) const {
   const auto at = entries_.find(frame->index);
   if (at == entries_.end()) {
     return false;
@@ -12,7 +12,6 @@ bool MotionCache::Restore(const AovLayout& layout, Frame* frame, MotionOrigin* o
   frame->guides.motion = at->second.motion;
   frame->confidence = at->second.confidence;
   *origin = at->second.origin;
-  MoveImages(layout, frame);
   return true;
 }
 

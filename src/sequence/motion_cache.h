@@ -22,7 +22,7 @@ class MotionCache {
   explicit MotionCache(size_t most) : most_(most) {}
 
   /// Restores motion and confidence of a frame. \return false if they are not held
-  bool Restore(const AovLayout& layout, Frame* frame, MotionOrigin* origin) const;
+  bool Restore(Frame* frame, MotionOrigin* origin) const;
   /// Holds motion and confidence of a frame, if its motion was estimated.
   void Keep(const Frame& frame, const MotionOrigin& origin);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "core/parallel.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
+#include "io/known_camera.h"
 #include "io/light_confidence.h"
 #include "motion/estimate_motion.h"
 
@@ -192,8 +194,9 @@ Result<std::optional<CameraMatrices>> CameraOfFrame(const MotionPlan& plan,
   STILLRAY_RETURN_IF_ERROR(camera.status());
   if (plan.needs_camera && !camera->has_value()) {
     return Status::BadData(
-        plan.cameras ? fmt::format("--motion camera: the camera of frame {} in {} is panoramic, "
-                                   "which no matrix describes; expected --motion estimate",
+        plan.cameras ? fmt::format("--motion camera: the camera of frame {} in {} has no "
+                                   "projection (its type is panoramic or another that no matrix "
+                                   "describes); expected --motion estimate",
                                    file.frame, plan.cameras->name)
                      : fmt::format("--motion camera: {} has no camera, {}", file.input, kNoCamera));
   }
@@ -227,36 +230,6 @@ void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbo
 
 namespace {
 
-/// Where the images that mirrors and glass show were: they move with the camera, like surfaces at
-/// their depth, and those in convex surfaces (io/curved_images.h) with the surface too. Unknown if
-/// the picture does not reveal how it moves.
-void MoveOneImage(const Guides& guides, const std::optional<io::CameraMotion>& camera,
-                  VirtualGuides* images) {
-  const int width = guides.depth.width();
-  const int height = guides.depth.height();
-  const vec2 unknown = UnknownMotion(width, height);
-  images->motion = Image2(width, height);
-  ParallelRows(height, 16, [&](int y0, int y1) {
-    for (int y = y0; y < y1; ++y) {
-      for (int x = 0; x < width; ++x) {
-        const float depth = images->depth(x, y);
-        if (!(depth > 0)) {
-          continue;
-        }
-        const bool planar = guides.roughness.empty() || guides.roughness(x, y) == 0;
-        const vec2 p = io::PicturePoint(width, height, static_cast<float>(x) + 0.5f,
-                                        static_cast<float>(y) + 0.5f);
-        const vec2 m = !camera  ? unknown
-                       : planar ? camera->MotionOf(p, static_cast<double>(depth), width)
-                                : io::ImageMotion(*camera, guides, x, y, depth);
-        const bool valid = std::isfinite(m.x + m.y);
-        images->motion[0](x, y) = valid ? m.x : unknown.x;
-        images->motion[1](x, y) = valid ? m.y : unknown.y;
-      }
-    }
-  });
-}
-
 /// The motion of known surfaces; not a number elsewhere.
 Image2 KnownMotion(const Image2& motion) {
   Image2 known = motion;
@@ -271,23 +244,88 @@ Image2 KnownMotion(const Image2& motion) {
   return known;
 }
 
+bool HasImage(const VirtualGuides& images) {
+  for (int y = 0; y < images.depth.height(); ++y) {
+    const float* row = images.depth.Row(y);
+    if (std::any_of(row, row + images.depth.width(), [](float depth) { return depth > 0; })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+/// Images of planar surfaces where the roughness is 0, of convex ones elsewhere.
+Plane<uint8_t> KindsOf(const Guides& guides, const VirtualGuides& images) {
+  Plane<uint8_t> kinds(images.depth.width(), images.depth.height());
+  ForEachPixel(kinds.width(), kinds.height(), [&](int x, int y) {
+    if (images.depth(x, y) > 0) {
+      const bool planar = guides.roughness.empty() || guides.roughness(x, y) == 0;
+      kinds(x, y) = static_cast<uint8_t>(planar ? io::ImageKind::kPlanar : io::ImageKind::kConvex);
+    }
+  });
+  return kinds;
+}
+
+/// The motion of the camera by both frames' matrices, or that which the motion of surfaces reveals.
+/// \param missing  [out] why it is unknown
+std::optional<io::CameraMotion> CameraMotionOf(const std::optional<CameraMatrices>& before,
+                                               const std::optional<CameraMatrices>& now,
+                                               const Frame& frame, io::NoSeenGuides* missing) {
+  *missing = io::NoSeenGuides::kNone;
+  if (before && now) {
+    std::optional<io::CameraMotion> exact =
+        io::MotionOfCamera(*now, *before, frame.width, frame.height);
+    if (exact) {
+      return exact;
+    }
+  }
+  std::optional<io::CameraMotion> fit =
+      io::FitCameraMotion(frame.guides.depth, KnownMotion(frame.guides.motion));
+  if (!fit) {
+    *missing = io::NoSeenGuides::kMotion;
+  } else if (fit->of_one_plane) {
+    *missing = io::NoSeenGuides::kOnePlane;
+    fit.reset();
+  }
+  return fit;
+}
+
 }  // namespace
 
-void MoveImages(const AovLayout& layout, Frame* frame) {
-  const bool reflected =
-      !frame->reflection.empty() && layout.Find(Aov::kReflectionMotion) == nullptr;
-  const bool refracted =
-      !frame->refraction.empty() && layout.Find(Aov::kRefractionMotion) == nullptr;
-  if (!reflected && !refracted) {
+void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& before,
+                const std::optional<CameraMatrices>& now, io::FrameImages* images, Frame* frame) {
+  struct Part {
+    VirtualGuides* guides;
+    Aov motion;
+    const Plane<uint8_t>& kinds;
+  };
+  const Part parts[] = {
+      {&frame->reflection, Aov::kReflectionMotion, images->reflection},
+      {&frame->refraction, Aov::kRefractionMotion, images->refraction},
+  };
+  const auto is_moved = [&](const Part& part) {
+    return !part.guides->empty() && layout.Find(part.motion) == nullptr && HasImage(*part.guides);
+  };
+  if (frame->guides.motion.empty() || std::none_of(std::begin(parts), std::end(parts), is_moved)) {
     return;
   }
-  const std::optional<io::CameraMotion> camera =
-      io::FitCameraMotion(frame->guides.depth, KnownMotion(frame->guides.motion));
-  if (reflected) {
-    MoveOneImage(frame->guides, camera, &frame->reflection);
+  io::NoSeenGuides missing = io::NoSeenGuides::kNone;
+  const std::optional<io::CameraMotion> camera = CameraMotionOf(before, now, *frame, &missing);
+  if (images->missing == io::NoSeenGuides::kNone) {
+    images->missing = missing;
   }
-  if (refracted) {
-    MoveOneImage(frame->guides, camera, &frame->refraction);
+  io::CameraFits fits(frame->guides);
+  for (const Part& part : parts) {
+    if (!is_moved(part)) {
+      continue;
+    }
+    part.guides->motion = Image2(frame->width, frame->height);
+    if (camera) {
+      io::SetImageMotion(part.kinds.empty() ? KindsOf(frame->guides, *part.guides) : part.kinds,
+                         images->lens, *camera, &fits, frame->guides, part.guides);
+    } else {
+      io::ForgetImageMotion(part.guides);
+    }
   }
 }
 
@@ -370,7 +408,6 @@ MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
     return origin;
   }
   LimitHistories(now.loss_in_motion, certainty, now.frame);
-  MoveImages(layout, now.frame);
   return origin;
 }
 

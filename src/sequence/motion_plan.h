@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "io/image_motion.h"
 #include "motion/camera_file.h"
 #include "stillray/aov.h"
 #include "stillray/sequence.h"
@@ -62,17 +63,22 @@ struct FrameBefore {
 struct FrameNow {
   Frame* frame;  ///< as read; its motion lacks the jitter of the previous frame
   const std::optional<CameraMatrices>& camera;
-  const Image1& loss_in_motion;  ///< as ImportFrame returns it
+  const Image1& loss_in_motion;  ///< as ImportFrameWith returns it
 };
 
-/// Completes the motion of a frame, that of its virtual images too; with motion that is not the
-/// file's also Frame::confidence. Depends on the two frames alone.
+/// Completes the motion of a frame's surfaces; with motion that is not the file's also
+/// Frame::confidence. Depends on the two frames alone.
 MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
                             const AovLayout& layout, const FrameNow& now);
 
-/// Sets the motion of virtual images that the file does not give: that of the camera that the
-/// frame's motion reveals.
-void MoveImages(const AovLayout& layout, Frame* frame);
+/// Sets the motion of virtual images that the file does not give: by that of the cameras, or else
+/// of the camera that the frame's motion reveals. Where neither is known, motion leads out of the
+/// picture.
+/// \param before, now  the cameras of both frames, if they are known
+/// \param images       their kinds; `missing` is set to why motion is unknown. Without kinds images
+///     are those of planar surfaces, where the roughness is 0, and of convex ones
+void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& before,
+                const std::optional<CameraMatrices>& now, io::FrameImages* images, Frame* frame);
 
 /// Motion that includes jitter is converted without the neighbour's jitter; adds it.
 void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion);

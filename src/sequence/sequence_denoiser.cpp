@@ -9,6 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "io/aov_seen.h"
+#include "io/known_camera.h"
 #include "sequence/memory.h"
 #include "sequence/settings.h"
 #include "stillray/io.h"
@@ -82,6 +84,11 @@ Status Impl::ChooseMotion(const ExrImage& first) {
                   [](const std::string& note) { return note.starts_with("no motion: "); });
     layout.notes.insert(layout.notes.begin(), motion.note);
   }
+  if (const auto camera = CameraOfFrame(motion, options.files.front(), first);
+      camera.ok() && *camera && io::HasPerspective(**camera, first.width, first.height)) {
+    io::NoteSeenGuidesOfKnownCamera(first, &layout);
+  }
+  noted_images = io::IsNotedInLayout(layout);
   return Status::Ok();
 }
 
@@ -96,6 +103,14 @@ void Impl::NoteDerivedMotion(const FrameReport& report) {
                    report.frame,
                    motion.from_cameras ? "derived from the cameras and the guides"
                                        : "estimated from the guides"));
+}
+
+/// Once, unless the notes on the first file say so already.
+void Impl::NoteMissingImages(const FrameReport& report) {
+  if (!report.images_missing.empty() && !noted_images) {
+    noted_images = true;
+    Note(fmt::format("frame {}: {}", report.frame, report.images_missing));
+  }
 }
 
 void Impl::NoteAntialiasing(const ExrImage& first) const {
@@ -277,6 +292,7 @@ Status Impl::Write(Picture* picture) {
 Status Impl::Finish(Picture* picture, const WriteResult& written) {
   FrameReport& report = picture->report;
   NoteDerivedMotion(report);
+  NoteMissingImages(report);
   if (!report.note.empty()) {
     Note(fmt::format("frame {}: {}; the history starts again here", report.frame, report.note));
   }

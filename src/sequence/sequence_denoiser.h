@@ -69,6 +69,7 @@ struct SequenceDenoiser::Impl {
   void Note(const std::string& text) const;
   void ReportFallBack();
   void NoteDerivedMotion(const FrameReport& report);
+  void NoteMissingImages(const FrameReport& report);
   void NoteAntialiasing(const ExrImage& first) const;
   SequenceView View() { return {options, layout, motion, cache ? &*cache : nullptr}; }
   std::string StatePath() const { return ResumePath(folder, key); }
@@ -86,6 +87,7 @@ struct SequenceDenoiser::Impl {
   FrameLoop<Impl>* loop = nullptr;  ///< during Run()
   bool fell_back = false;
   bool noted_motion = false;  ///< that motion of the files was not used
+  bool noted_images = false;  ///< that images lack guides or motion
   size_t most_memory = 0;
   Clock::time_point last_end;  ///< when the previous frame was finished
 

@@ -108,7 +108,7 @@ TEST(AovImport, WhatMixedPixelsLoseInMotionIsReturned) {
     AovLayout layout = UnderstandAovs(image, {}, "file").value();
     layout.samples = 16;
     Image1 loss;
-    const Result<Frame> frame = ImportFrame(image, layout, {0, 0}, "file", nullptr, &loss);
+    const Result<Frame> frame = io::ImportFrameWith(image, layout, {0, 0}, "file", {.loss_in_motion = &loss});
     ASSERT_TRUE(frame.ok()) << frame.status().message();
     EXPECT_NEAR(loss(0, 0), 0.6f, 1e-5f);
     EXPECT_NEAR(frame->confidence(0, 0), moves ? 0.4f : 1.0f, 1e-5f);
@@ -118,7 +118,9 @@ TEST(AovImport, WhatMixedPixelsLoseInMotionIsReturned) {
   AovLayout layout = UnderstandAovs(image, {"auto", {"confidence=confidence"}}, "file").value();
   layout.samples = 16;
   Image1 loss = Image1(1, 1);
-  EXPECT_EQ(ImportFrame(image, layout, {0, 0}, "file", nullptr, &loss)->confidence(0, 0), 0.5f);
+  EXPECT_EQ(io::ImportFrameWith(image, layout, {0, 0}, "file", {.loss_in_motion = &loss})
+                ->confidence(0, 0),
+            0.5f);
   EXPECT_TRUE(loss.empty());
 }
 

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "io/known_camera.h"
 #include "mirror_room.h"
 
 namespace stillray::io::camera_fit_test {
@@ -247,17 +248,28 @@ TEST(FitCameraMotion, ACameraThatStandsMovesNothing) {
   }
 }
 
+/// A plane that fills the picture.
+Room OnePlane(const RoomRectangle& plane) {
+  Room room;
+  room.rectangles = {plane};
+  return room;
+}
+
+const RoomRectangle kFrontal = {{-50, -50, 6},      {100, 0, 0},     {0, 100, 0},
+                                RoomSurface::kMatt, glm::dvec3(0.5), glm::dvec3(0.0)};
+const RoomRectangle kNear = {{-50, -50, -3.9},   {100, 0, 0},     {0, 100, 0},
+                             RoomSurface::kMatt, glm::dvec3(0.5), glm::dvec3(0.0)};
+const RoomRectangle kSlanted = {{-50, -50, -8},     {100, 0, 20},    {0, 100, 8},
+                                RoomSurface::kMatt, glm::dvec3(0.5), glm::dvec3(0.0)};
+
 // Of one plane alone neither epipole nor horizon are known: points on it are right, others finite.
 TEST(FitCameraMotion, OnePlaneGivesFiniteMotion) {
-  Room room;
-  room.rectangles = {EmptyRoom().rectangles[1]};
-  for (const double depth : {6.0, -3.9}) {  // far, and right in front of the camera
-    room.rectangles[0] = {{-50, -50, depth},  {100, 0, 0},     {0, 100, 0},
-                          RoomSurface::kMatt, glm::dvec3(0.5), glm::dvec3(0.0)};
-    const RoomPicture picture = Picture(room);
+  for (const RoomRectangle& plane : {kFrontal, kNear, kSlanted}) {
+    const RoomPicture picture = Picture(OnePlane(plane));
     const Guides& g = picture.frame.guides;
     const std::optional<CameraMotion> fit = FitCameraMotion(g.depth, g.motion);
     ASSERT_TRUE(fit.has_value());
+    EXPECT_TRUE(fit->of_one_plane);
     const vec2 on_plane = fit->MotionOf(vec2(PointOfPixel(160, 120, 20, 30)),
                                         static_cast<double>(g.depth(20, 30)), 160);
     EXPECT_NEAR(on_plane.x, g.motion[0](20, 30), 0.1);
@@ -265,7 +277,95 @@ TEST(FitCameraMotion, OnePlaneGivesFiniteMotion) {
     const vec2 other = fit->MotionOf({0.3f, 0.2f}, 100, 160);
     EXPECT_TRUE(std::isfinite(other.x) && std::isfinite(other.y));
     EXPECT_TRUE(FitLens(g.depth, picture.seen.depth).has_value());
+    CameraFits fits(g);
+    EXPECT_FALSE(fits.Motion().has_value());
+    EXPECT_TRUE(fits.SeesOnePlane());
   }
+}
+
+// With the plane's 1 / z = a . (p, 1), the map H - e a^T with the epipole e moves its points as H
+// does, for every e, and points at other depths otherwise.
+TEST(FitCameraMotion, OnePlaneAllowsManyCameras) {
+  const RoomPicture picture = Picture(OnePlane(kSlanted));
+  const std::optional<CameraMotion> exact =
+      MotionOfCamera(MatricesOf(Now(), 160, 120), MatricesOf(Before(), 160, 120), 160, 120);
+  ASSERT_TRUE(exact.has_value());
+  const glm::dvec3 normal = glm::cross(kSlanted.a, kSlanted.b);
+  const double distance = glm::dot(normal, kSlanted.corner - Now().position);
+  const auto nearness = [&](glm::dvec2 p) { return glm::dot(normal, Now().Ray(p)) / distance; };
+  const glm::dvec3 a(nearness({1, 0}) - nearness({0, 0}), nearness({0, 1}) - nearness({0, 0}),
+                     nearness({0, 0}));
+  CameraMotion other = *exact;
+  const glm::dvec3 e(0.3, -0.2, 0.1);
+  for (int i = 0; i < 3; ++i) {
+    other.map[i] -= e * a[i];
+  }
+  other.map[3] += e;
+  for (const glm::dvec2& p : {glm::dvec2(-0.5, 0.3), glm::dvec2(0.6, -0.4)}) {
+    const double z = 1 / nearness(p);
+    EXPECT_LT(glm::length(exact->MotionOf(vec2(p), z, 160) - other.MotionOf(vec2(p), z, 160)),
+              1e-4f);
+    EXPECT_GT(
+        glm::length(exact->MotionOf(vec2(p), 3 * z, 160) - other.MotionOf(vec2(p), 3 * z, 160)),
+        0.5f);
+  }
+}
+
+TEST(FitCameraMotion, APlaneThatStandsStillIsEnough) {
+  const RoomPicture picture = Trace(OnePlane(kSlanted), Now(), Now());
+  CameraFits fits(picture.frame.guides);
+  ASSERT_TRUE(fits.Motion().has_value());
+  EXPECT_LT(glm::length(fits.Motion()->MotionOf({0.3f, 0.2f}, 100, 160)), 1e-4f);
+}
+
+// A board before the wall, of a fiftieth of the picture and a tenth nearer, tells how the camera
+// moves.
+TEST(FitCameraMotion, ALittleReliefIsEnough) {
+  Room room = OnePlane(kFrontal);
+  room.rectangles.push_back({{-0.5, 1, 5},
+                             {1.8, 0, 0},
+                             {0, 1.3, 0},
+                             RoomSurface::kMatt,
+                             glm::dvec3(0.5),
+                             glm::dvec3(0.0)});
+  const RoomPicture picture = Picture(room);
+  int covered = 0;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      covered += picture.frame.guides.id(x, y) == 2 ? 1 : 0;
+    }
+  }
+  EXPECT_LT(covered, 0.03 * 160 * 120);
+  CameraFits fits(picture.frame.guides);
+  ASSERT_TRUE(fits.Motion().has_value());
+  EXPECT_FALSE(fits.SeesOnePlane());
+  EXPECT_LT(WorstError(*fits.Motion(), {5, 10, 20, 1e9}), 0.1);
+}
+
+// The exact motion of known cameras against points that are projected one by one.
+TEST(MotionOfCamera, IsThatOfAllPoints) {
+  using Matrices = CameraMatrices (*)(const RoomCamera&, int, int);
+  for (const Matrices matrices : {&MatricesOf, &MatricesOfOpenGl}) {
+    const std::optional<CameraMotion> motion =
+        MotionOfCamera(matrices(Now(), 160, 120), matrices(Before(), 160, 120), 160, 120);
+    ASSERT_TRUE(motion.has_value());
+    EXPECT_LT(WorstError(*motion, {0.5, 2.5, 5, 10, 1e9}), 1e-3);
+    const glm::dmat4x3& map = motion->map;
+    const glm::dvec3 eye = -glm::inverse(glm::dmat3(map[0], map[1], map[2])) * map[3];
+    EXPECT_NEAR(eye.z, Now().InCamera(Before().position).z, 1e-9);
+  }
+}
+
+TEST(MotionOfCamera, CamerasWithoutPerspectiveHaveNone) {
+  const CameraMatrices now = MatricesOf(Now(), 160, 120);
+  CameraMatrices parallel = now;
+  for (size_t i = 0; i < 4; ++i) {
+    parallel.world_to_ndc[4 * i + 3] = i == 3 ? 1 : 0;
+  }
+  EXPECT_TRUE(HasPerspective(now, 160, 120));
+  EXPECT_FALSE(HasPerspective(parallel, 160, 120));
+  EXPECT_FALSE(MotionOfCamera(now, parallel, 160, 120).has_value());
+  EXPECT_FALSE(MotionOfCamera(parallel, now, 160, 120).has_value());
 }
 
 TEST(FitCameraMotion, TinyPictures) {

@@ -20,7 +20,8 @@ constexpr double kRadius = 0.6;
 
 void SetCurved(Frame* frame) {
   CameraFits fits(frame->guides);
-  SetCurvedImages(&fits, frame);
+  FrameImages images;
+  SetCurvedImages(&fits, false, frame, &images);
 }
 
 RoomCamera Now() {

@@ -292,6 +292,51 @@ dvec2 RoomCamera::Project(dvec3 point) const {
   return dvec2(v.x, -v.y) / (v.z * tangent) + shift;
 }
 
+namespace {
+
+/// \param forward  1 or -1: the sign of z in front of the camera
+/// \param place    from RoomCamera::Project to device coordinates, of x and of y
+CameraMatrices Matrices(const RoomCamera& camera, double forward, const dvec2 (&place)[2],
+                        bool is_standard) {
+  constexpr double kNear = 0.1;
+  glm::dmat4 to_camera(1.0);
+  glm::dmat4 to_ndc(1.0);
+  for (int i = 0; i < 4; ++i) {
+    // The image of a unit vector, or of the origin, in the camera's axes.
+    dvec3 point(0.0);
+    if (i < 3) {
+      point[i] = 1;
+    }
+    const dvec3 v = camera.InCamera(point) - (i < 3 ? camera.InCamera(dvec3(0.0)) : dvec3(0.0));
+    const dvec2 p = dvec2(v.x, -v.y) / camera.tangent + camera.shift * v.z;
+    const double one = i < 3 ? 0 : 1;
+    to_camera[i] = {v.x, v.y, forward * v.z, one};
+    to_ndc[i] = {place[0].x * p.x + place[0].y * v.z, place[1].x * p.y + place[1].y * v.z,
+                 v.z - kNear * one, v.z};
+  }
+  CameraMatrices result;
+  result.is_standard = is_standard;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      result.world_to_camera[static_cast<size_t>(4 * i + j)] = to_camera[i][j];
+      result.world_to_ndc[static_cast<size_t>(4 * i + j)] = to_ndc[i][j];
+    }
+  }
+  return result;
+}
+
+}  // namespace
+
+CameraMatrices MatricesOf(const RoomCamera& camera, int width, int height) {
+  const dvec2 place[2] = {{0.5, 0.5}, {0.5 * width / height, 0.5}};
+  return Matrices(camera, 1, place, true);
+}
+
+CameraMatrices MatricesOfOpenGl(const RoomCamera& camera, int width, int height) {
+  const dvec2 place[2] = {{1, 0}, {-1.0 * width / height, 0}};
+  return Matrices(camera, -1, place, false);
+}
+
 Room EmptyRoom() {
   Room room;
   room.rectangles = {

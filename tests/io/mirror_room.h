@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "io/seen_guides.h"
+#include "stillray/aov.h"
 #include "stillray/frame.h"
 #include "stillray/vec.h"
 
@@ -79,6 +80,11 @@ struct RoomOptions {
 
 RoomPicture Trace(const Room& room, const RoomCamera& now, const RoomCamera& before,
                   const RoomOptions& options = {});
+
+/// The camera's matrices for pictures of this size, in the standard's convention.
+CameraMatrices MatricesOf(const RoomCamera& camera, int width, int height);
+/// The same as programs write them whose cameras look along -z, with y up and from -1 to 1.
+CameraMatrices MatricesOfOpenGl(const RoomCamera& camera, int width, int height);
 
 /// Rounds to the 11 bits of a half.
 float RoundToHalf(double value);

@@ -12,6 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "core/pixels.h"
+#include "io/known_camera.h"
 #include "mirror_room.h"
 
 namespace stillray::io::seen_guides_test {
@@ -21,7 +22,10 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 
 NoSeenGuides SetSeen(const SeenLayers& seen, Frame* frame) {
   CameraFits fits(frame->guides);
-  return SetSeenGuides(seen, &fits, frame);
+  FrameImages images;
+  SetSeenGuides(seen, frame, &images);
+  MoveSeenGuides(&fits, frame, &images);
+  return images.missing;
 }
 
 RoomCamera Now() {
@@ -530,6 +534,90 @@ TEST(SetSeenGuides, NamesWhatDoesNotFit) {
   });
   EXPECT_EQ(SetSeen(broken.seen, &broken.frame), NoSeenGuides::kMotion);
   EXPECT_EQ(Shown(broken, broken.frame.reflection), 0);
+}
+
+/// The left half of what is no mirror has another normal, as by a normal map.
+void TiltLeftHalf(RoomPicture* picture) {
+  const glm::dvec3 up(0, 1, 0);
+  const vec3 in_camera(Now().InCamera(Now().position + up));
+  ForEachPixel(*picture, [&](int x, int y) {
+    if (x < 80 && picture->what(x, y) == static_cast<uint32_t>(RoomSurface::kMatt) + 1) {
+      for (int c = 0; c < 3; ++c) {
+        picture->frame.guides.normal[c](x, y) = static_cast<float>(up[c]);
+        picture->seen.normal[c](x, y) = in_camera[c];
+      }
+    }
+  });
+}
+
+// A mirror on a wall that fills the picture.
+TEST(SetSeenGuides, OnePlaneTellsNoMotion) {
+  Room room = RoomWithMirror();
+  room.rectangles = {{{-50, -50, 12.5},
+                      {100, 0, -15},
+                      {0, 100, 0},
+                      RoomSurface::kMatt,
+                      glm::dvec3(0.5),
+                      glm::dvec3(0.0)},
+                     {{-50, -50, -6},
+                      {100, 0, 0},
+                      {0, 100, 0},
+                      RoomSurface::kMatt,
+                      glm::dvec3(0.5),
+                      glm::dvec3(0.0)},
+                     room.rectangles.back()};
+  RoomRectangle& mirror = room.rectangles.back();  // on the wall in front
+  mirror.corner = {-1, 0.5, 12.5 - 49 * 0.15 - 1e-4};
+  mirror.a = {3.2, 0, -3.2 * 0.15};
+  mirror.b = {0, 2, 0};
+  RoomPicture picture = Picture(room);
+  RoomPicture still = Trace(room, Now(), Now());
+  TiltLeftHalf(&picture);
+  TiltLeftHalf(&still);
+  EXPECT_EQ(SetSeen(picture.seen, &picture.frame), NoSeenGuides::kOnePlane);
+  EXPECT_EQ(Shown(picture, picture.frame.reflection), 0);
+  EXPECT_EQ(SetSeen(still.seen, &still.frame), NoSeenGuides::kNone);
+  EXPECT_GT(Shown(still, still.frame.reflection), 500);
+}
+
+/// Images that move with the camera of known matrices, although everything but mirrors moves.
+/// \param picture  [in,out]
+void SetSeenOfKnownCamera(RoomPicture* picture) {
+  Frame& frame = picture->frame;
+  ForEachPixel(*picture, [&](int x, int y) {
+    const uint32_t what = picture->what(x, y);
+    if (what != static_cast<uint32_t>(RoomSurface::kMirror) + 1) {
+      frame.guides.motion[0](x, y) = static_cast<float>((x * 37 + y * 91) % 19);
+    }
+  });
+  CameraFits fits(frame.guides);
+  EXPECT_FALSE(fits.Motion().has_value());
+  FrameImages images;
+  SetSeenGuides(picture->seen, &frame, &images);
+  EXPECT_EQ(images.missing, NoSeenGuides::kNone);
+  const std::optional<CameraMotion> camera =
+      MotionOfCamera(MatricesOf(Now(), frame.width, frame.height),
+                     MatricesOf(Before(), frame.width, frame.height), frame.width, frame.height);
+  ASSERT_TRUE(camera.has_value());
+  SetImageMotion(images.reflection, images.lens, *camera, &fits, frame.guides, &frame.reflection);
+}
+
+TEST(SetImageMotion, KnownCamerasMoveWhatPlanarMirrorsShow) {
+  RoomOptions options;
+  options.outliers = 0;
+  RoomPicture picture = Picture(RoomWithMirror(), options);
+  SetSeenOfKnownCamera(&picture);
+  const Comparison reflection = Compare(picture.frame.reflection, picture);
+  EXPECT_GT(reflection.found, 2000);
+  EXPECT_GT(reflection.right, 0.985 * reflection.found);
+}
+
+TEST(SetImageMotion, KnownCamerasMoveWhatBallsShow) {
+  RoomPicture picture = PictureOfBall(0.8, RoomSurface::kMirror, 160);
+  SetSeenOfKnownCamera(&picture);
+  const BallComparison ball = CompareBall(picture.frame.reflection, picture);
+  EXPECT_GT(ball.inner, 500);
+  EXPECT_GT(ball.moved, 0.95 * ball.inner);
 }
 
 }  // namespace

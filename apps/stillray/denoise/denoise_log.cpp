@@ -34,6 +34,7 @@ Json FrameJson(const FrameReport& frame) {
           {"motion", frame.motion},
           {"motion_estimated", frame.motion_estimated},
           {"motion_unknown", frame.motion_unknown},
+          {"images_missing", frame.images_missing},
           {"missing_light", frame.missing_light},
           {"negative_light", frame.negative_light},
           {"bad_guides", frame.bad_guides},
@@ -156,6 +157,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& text) {
     frame.motion = entry.value("motion", std::string());
     frame.motion_estimated = entry.value("motion_estimated", 0.0);
     frame.motion_unknown = entry.value("motion_unknown", 0.0);
+    frame.images_missing = entry.value("images_missing", std::string());
     frame.missing_light = entry.at("missing_light").get<int64_t>();
     frame.negative_light = entry.value("negative_light", int64_t{0});
     frame.bad_guides = entry.at("bad_guides").get<int64_t>();
@@ -202,6 +204,22 @@ std::string MissingLightWarning(const DenoiseLog& log) {
                     : "; noisy light becomes too bright that way: write light that is not a "
                       "difference, with a lossless codec (ZIP) and a pixel filter without negative "
                       "lobes (Box, Blackman-Harris)");
+}
+
+std::string MissingImagesWarning(const DenoiseLog& log) {
+  std::vector<int64_t> frames;
+  for (const FrameReport& frame : log.frames) {
+    if (!frame.images_missing.empty()) {
+      frames.push_back(frame.frame);
+    }
+  }
+  if (frames.empty()) {
+    return "";
+  }
+  return fmt::format(
+      "warning: reflections and what is seen through glass are blurred in {} of {} frames ({}), "
+      "whose layers do not tell where they were; a note above names the reason and the cure\n",
+      frames.size(), log.frames.size(), FrameRanges(frames));
 }
 
 std::string DenoiseTimings(const DenoiseLog& log) {

@@ -235,6 +235,7 @@ void DenoiseRun::PrintWarnings(const DenoiseLog& log) const {
     bad_guides += frame.bad_guides;
   }
   WriteText(stderr, MissingLightWarning(log));
+  WriteText(stderr, MissingImagesWarning(log));
   if (!warning_.empty()) {
     PrintTo(stderr, "warning: {}\n", warning_);
   }
