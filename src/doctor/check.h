@@ -75,6 +75,7 @@ std::unique_ptr<Check> MakeFirstHitCheck();
 std::unique_ptr<Check> MakeGuideNoiseCheck();
 std::unique_ptr<Check> MakeIdCheck();
 std::unique_ptr<Check> MakeVirtualGuidesCheck();
+std::unique_ptr<Check> MakeSeenGuidesCheck();
 
 /// The layer's name for messages: "ViewLayer.Vector", "the main picture".
 std::string LayerText(const AovLayout& layout, Aov aov);

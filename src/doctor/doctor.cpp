@@ -82,6 +82,10 @@ constexpr FindingInfo kFindings[] = {
     {"id_unstable", "ids of surfaces change from frame to frame"},
     {"image_depth_nearer", "what mirrors and glass show is nearer than they are"},
     {"image_motion_wrong", "what mirrors and glass show is not where its motion leads"},
+    {"seen_zero", "a layer of Denoising Data is zero everywhere"},
+    {"seen_depth_differs", "Denoising Depth contradicts the depth of plain surfaces"},
+    {"seen_normal_differs", "Denoising Normal contradicts the normals of plain surfaces"},
+    {"seen_albedo_differs", "Denoising Albedo contradicts the albedo of plain surfaces"},
 };
 
 uint64_t HashOf(const void* data, size_t size, uint64_t hash) {
@@ -191,6 +195,7 @@ DoctorImpl::DoctorImpl(const AovOptions& options) : options_(options) {
   checks_.push_back(MakeGuideNoiseCheck());
   checks_.push_back(MakeIdCheck());
   checks_.push_back(MakeVirtualGuidesCheck());
+  checks_.push_back(MakeSeenGuidesCheck());
 }
 
 Status DoctorImpl::Understand(const std::string& name, const ExrImage& image) {

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Checks whether stored normals are unit vectors, or encoded in 0..1.
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -24,6 +25,9 @@ constexpr double kMost = 0.8;
 constexpr double kFew = 0.4;
 /// Tolerance of the median length; averages within pixels shorten a few normals, not half of them.
 constexpr double kMedianOff = 0.06;
+/// Least fraction of the lengths near a median below 1: those of hair are means over a pixel's
+/// samples, of all lengths up to 1, and a faulty scale makes all lengths alike.
+constexpr double kAlike = 0.5;
 /// Fraction of the surfaces without a normal.
 constexpr double kMayBeZero = 0.3;
 
@@ -36,6 +40,7 @@ struct Lengths {
   double unit = 0;     ///< fraction of the normals of unit length as stored
   double encoded = 0;  ///< fraction that is of unit length once decoded
   double median = 0;   ///< length as stored
+  double alike = 0;    ///< fraction of the lengths that are near the median
   double zero = 0;     ///< fraction of the surfaces
 };
 
@@ -93,7 +98,12 @@ void NormalCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
   l.unit = static_cast<double>(unit) / count;
   l.encoded = static_cast<double>(encoded) / count;
   l.zero = 1 - static_cast<double>(lengths.size()) / static_cast<double>(surfaces);
-  l.median = Median(std::move(lengths));
+  const float median = Median(lengths);
+  l.median = median;
+  l.alike = static_cast<double>(std::count_if(
+                lengths.begin(), lengths.end(),
+                [&](float length) { return std::fabs(length - median) < kUnit * median; })) /
+            count;
   frames_.push_back(l);
 }
 
@@ -159,7 +169,10 @@ void NormalCheck::Conclude(Verdict* verdict) {
       !layout_->normal.encoded) {
     Report(
         verdict, "normal_length",
-        [](const Lengths& l) { return l.zero < 1 && std::fabs(l.median - 1) > kMedianOff; },
+        [](const Lengths& l) {
+          const bool off = l.zero < 1 && std::fabs(l.median - 1) > kMedianOff;
+          return off && (l.median > 1 || l.alike > kAlike);
+        },
         [](const Lengths& l) { return l.median; }, 1, "are not of unit length, by the median", cure,
         "");
   }

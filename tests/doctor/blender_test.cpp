@@ -418,6 +418,28 @@ const NativeFault kNativeFaults[] = {
      },
      {},
      {"albedo_encoded"}},
+    {"seen_depth",
+     [](Sequence* s) {
+       ChangeLayer(s, kView + "Denoising Depth.", [](float v, int, int) { return 0.5f * v; });
+     },
+     {},
+     {"seen_depth_differs"}},
+    {"seen_albedo",
+     [](Sequence* s) {
+       ChangeLayer(s, kView + "Denoising Albedo.", [](float v, int, int) { return 0.5f * v; });
+     },
+     {},
+     {"seen_albedo_differs"}},
+    {"seen_normal",
+     [](Sequence* s) { AddNoise(s, kView + "Denoising Normal.", 0.3f); },
+     {},
+     {"seen_normal_differs"}},
+    {"seen_nothing",
+     [](Sequence* s) {
+       ChangeLayer(s, kView + "Denoising Normal.", [](float, int, int) { return 0.0f; });
+     },
+     {},
+     {"seen_zero"}},
 };
 
 class NativeFaults : public ::testing::TestWithParam<NativeFault> {};

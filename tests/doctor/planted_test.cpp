@@ -334,6 +334,19 @@ TEST(FirstHits, TheRegionAndTheCauseAreNamed) {
   EXPECT_NEAR(y, 55, 12);
 }
 
+// Means over hairs have all lengths up to 1; a faulty scale has one.
+TEST(NormalLengths, OfMeansAreNoFault) {
+  const auto scaled = [](float least) {
+    Sequence sequence = RenderSequence({.width = 192, .height = 108});
+    ChangeLayer(&sequence, "normal.", [&](float v, int x, int y) {
+      return v * (least + (0.85f - least) * (0.5f + 0.5f * NoiseAt(x, y, 0, 0)));
+    });
+    return FindingsOf(sequence).count("normal_length");
+  };
+  EXPECT_EQ(scaled(0.4f), 0u);
+  EXPECT_EQ(scaled(0.85f), 1u);
+}
+
 // With 16 samples, which files of Cycles state, random guides cost little (docs/inputs.md).
 TEST(FirstHits, AreNotReportedWithManySamples) {
   Sequence sequence = RenderSequence({.width = 192, .height = 108});
