@@ -237,7 +237,7 @@ void AlbedoCheck::Conclude(Verdict* verdict) {
                          !frames.empty(), static_cast<int64_t>(layer.above.size())});
     // Random alpha weights of single pixels exceed 1 as well.
     if (!frames.empty() && !verdict->Has("albedo_above_one") &&
-        !verdict->Has("first_hits_random")) {
+        !verdict->Exceeds("random_blocks")) {
       verdict->Add(Finding{
           "albedo_above_one", frames,
           fmt::format(

@@ -44,6 +44,12 @@ class Verdict {
                        [&](const Finding& f) { return f.name.starts_with(prefix); });
   }
 
+  /// Whether a measure of that name is beyond its limit, also where that is no finding.
+  bool Exceeds(std::string_view name) const {
+    return std::any_of(report_->measures.begin(), report_->measures.end(),
+                       [&](const Measure& m) { return m.name == name && m.broken; });
+  }
+
  private:
   DoctorReport* report_;
 };

@@ -309,8 +309,7 @@ Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes,
 
 void FirstHitCheck::Conclude(Verdict* verdict) {
   // With wrong motion nothing matches; depth of another kind bends everywhere.
-  if (samples_ >= kManySamples || frames_.empty() || blocks_.empty() || verdict->Has("motion_") ||
-      verdict->Has("depth_")) {
+  if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
     return;
   }
   int64_t above = 0;
@@ -348,7 +347,7 @@ void FirstHitCheck::Conclude(Verdict* verdict) {
   const bool broken = part > kMayBeRandom && random >= kLeastBlocks && !one_guide;
   verdict->Add(
       Measure{"random_blocks", part, kMayBeRandom, broken, static_cast<int64_t>(frames_.size())});
-  if (broken) {
+  if (broken && samples_ < kManySamples) {
     const auto count = static_cast<double>(random);
     verdict->Add(
         MakeFinding(part, static_cast<double>(of_depth) / count, no_surface, x / count, y / count));

@@ -136,7 +136,7 @@ void GuideNoiseCheck::Conclude(Verdict* verdict) {
   for (int guide = 0; guide < 3; ++guide) {
     const std::vector<Pair>& pairs = pairs_[guide];
     // Wrong values bend and jump for reasons that other findings already name.
-    if (pairs.empty() || verdict->Has("motion_") || verdict->Has("first_hits_random") ||
+    if (pairs.empty() || verdict->Has("motion_") || verdict->Exceeds("random_blocks") ||
         verdict->Has(fmt::format("{}_", kNames[guide]))) {
       continue;
     }
