@@ -205,8 +205,6 @@ void SeenGuidesCheck::LookAtNormal(const Exhibit& now, const std::vector<ivec2>&
                                }));
 }
 
-/// The albedo of a surface is at least the diffuse one, and at most the sum of all, if all are
-/// known.
 /// Whether the albedo of a surface is at least the diffuse one, and at most the sum of all, if all
 /// are known.
 bool IsAlbedoOf(const Albedos& albedos, const Image3& seen, int x, int y) {

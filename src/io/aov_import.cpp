@@ -279,7 +279,7 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-/// The images that layers of what is seen, and the shape of convex surfaces, tell of.
+/// Images from the layers of what is seen, and from the shape of convex surfaces.
 void Importer::ImportImages() {
   CameraFits fits(frame_.guides);
   FrameImages images;

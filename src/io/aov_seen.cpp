@@ -61,8 +61,9 @@ std::string Reason(const AovLayout& layout, NoSeenGuides why) {
           MotionName(layout));
     case NoSeenGuides::kOnePlane:
       return fmt::format(
-          "all surfaces that follow the camera lie in one plane, by which {} does not tell how the "
-          "camera moves: give the cameras (--cameras FILE.json), or show surfaces at other depths",
+          "all surfaces that follow the camera lie in one plane, whose {} is not enough to find "
+          "the "
+          "camera's: give the cameras (--cameras FILE.json), or show surfaces at other depths",
           MotionName(layout));
     case NoSeenGuides::kNone:
       break;

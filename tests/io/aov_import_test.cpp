@@ -10,6 +10,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "io/aov_importer.h"
 #include "io/one_pixel.h"
 #include "io/test_files.h"
 #include "stillray/aov.h"
@@ -108,7 +109,8 @@ TEST(AovImport, WhatMixedPixelsLoseInMotionIsReturned) {
     AovLayout layout = UnderstandAovs(image, {}, "file").value();
     layout.samples = 16;
     Image1 loss;
-    const Result<Frame> frame = io::ImportFrameWith(image, layout, {0, 0}, "file", {.loss_in_motion = &loss});
+    const Result<Frame> frame =
+        io::ImportFrameWith(image, layout, {0, 0}, "file", {.loss_in_motion = &loss});
     ASSERT_TRUE(frame.ok()) << frame.status().message();
     EXPECT_NEAR(loss(0, 0), 0.6f, 1e-5f);
     EXPECT_NEAR(frame->confidence(0, 0), moves ? 0.4f : 1.0f, 1e-5f);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What mirrors show in a sequence: the motion of known cameras, and frames whose layers do not tell
-// how the camera moves.
+// What mirrors show in a sequence: the motion of known cameras, and frames whose layers do not
+// determine that of the camera.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>

@@ -124,7 +124,7 @@ TEST(MotionCaches, HoldMotionAndConfidence) {
   Frame again = FrameAt(scene, 1);
   again.confidence = Constant(scene, 1);
   MotionOrigin restored;
-  ASSERT_TRUE(cache.Restore(AovLayout(), &again, &restored));
+  ASSERT_TRUE(cache.Restore(&again, &restored));
   EXPECT_EQ(restored.unknown, origin.unknown);
   for (int y = 0; y < scene.height; ++y) {
     for (int x = 0; x < scene.width; ++x) {
@@ -133,7 +133,7 @@ TEST(MotionCaches, HoldMotionAndConfidence) {
     }
   }
   cache.Keep(FrameAt(scene, 2), origin);  // drops the older one
-  EXPECT_FALSE(cache.Restore(AovLayout(), &again, &restored));
+  EXPECT_FALSE(cache.Restore(&again, &restored));
 }
 
 }  // namespace

@@ -218,7 +218,7 @@ std::string MissingImagesWarning(const DenoiseLog& log) {
   }
   return fmt::format(
       "warning: reflections and what is seen through glass are blurred in {} of {} frames ({}), "
-      "whose layers do not tell where they were; a note above names the reason and the cure\n",
+      "whose layers do not determine their motion; a note above names the reason and the cure\n",
       frames.size(), log.frames.size(), FrameRanges(frames));
 }
 
