@@ -55,6 +55,9 @@ struct ObjectErrors {
   double squared_error = 0;  ///< of psnr: over the channels too
   double luminance = 0;      ///< of the test
   double reference_luminance = 0;
+
+  /// Adds pixels of the same object.
+  ObjectErrors& operator+=(const ObjectErrors& other);
 };
 
 /// The errors of each object, in ascending order of their numbers.

@@ -10,6 +10,16 @@
 
 namespace stillray {
 
+ObjectErrors& ObjectErrors::operator+=(const ObjectErrors& other) {
+  pixels += other.pixels;
+  flip += other.flip;
+  rel_mse += other.rel_mse;
+  squared_error += other.squared_error;
+  luminance += other.luminance;
+  reference_luminance += other.reference_luminance;
+  return *this;
+}
+
 Result<std::vector<ObjectErrors>> CompareObjects(const Image3& test, const Image3& reference,
                                                  bool display, const Image1& objects) {
   const Result<quality::PicturePair> pair = quality::MakePicturePair(test, reference, display);

@@ -75,6 +75,18 @@ class Packed : public test::RendererTest {
     frame.specular_albedo = image(in.albedos[1]);
     return frame;
   }
+
+  /// Begins a command buffer with the copy of the frame to the images.
+  std::unique_ptr<vulkan::PackedInputs> BeginWith(const Frame& f, Slot* slot) const {
+    auto packed = vulkan::PackedInputs::Create(&device_->context(), f);
+    EXPECT_TRUE(packed.ok()) << packed.status().message();
+    Begin(slot);
+    (*packed)->Record(slot->commands);
+    gpu::MemoryBarrier(device_->context(), slot->commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
+                       VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
+                       VK_ACCESS_SHADER_READ_BIT);
+    return std::move(*packed);
+  }
 };
 
 TEST_F(Packed, InputsGiveThePicturesOfTheirValues) {
@@ -88,16 +100,10 @@ TEST_F(Packed, InputsGiveThePicturesOfTheirValues) {
     for (int i = 0; i < 4; ++i) {
       SCOPED_TRACE(i);
       const Frame f = MakePackable(i);
-      auto packed = vulkan::PackedInputs::Create(&device_->context(), f);
-      ASSERT_TRUE(packed.ok()) << packed.status().message();
       DenoisedFrame expected;
       ASSERT_TRUE(host.Denoise(f, &expected).ok());
-      Begin(&slot);
-      (*packed)->Record(slot.commands);
-      gpu::MemoryBarrier(device_->context(), slot.commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                         VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                         VK_ACCESS_SHADER_READ_BIT);
-      VulkanFrame frame = FrameOf((*packed)->inputs(), f);
+      const auto packed = BeginWith(f, &slot);
+      VulkanFrame frame = FrameOf(packed->inputs(), f);
       frame.colour = FreshView(*slot.colour, &slot);
       const Status recorded = made->Record(slot.commands, frame);
       ASSERT_TRUE(recorded.ok()) << recorded.message();
@@ -126,20 +132,14 @@ TEST_F(Packed, ResultsMayBeHalves) {
   for (int i = 0; i < 3; ++i) {
     SCOPED_TRACE(i);
     const Frame f = MakePackable(i);
-    auto packed = vulkan::PackedInputs::Create(&device_->context(), f);
-    ASSERT_TRUE(packed.ok()) << packed.status().message();
     DenoisedFrame expected;
     ASSERT_TRUE(host.Denoise(f, &expected).ok());
-    Begin(&slot);
-    (*packed)->Record(slot.commands);
+    const auto packed = BeginWith(f, &slot);
     if (i == 0) {
       arena.RecordFirstUse(slot.commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
                            VK_ACCESS_SHADER_WRITE_BIT);
     }
-    gpu::MemoryBarrier(device_->context(), slot.commands, VK_PIPELINE_STAGE_TRANSFER_BIT,
-                       VK_ACCESS_TRANSFER_WRITE_BIT, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                       VK_ACCESS_SHADER_READ_BIT);
-    VulkanFrame frame = FrameOf((*packed)->inputs(), f);
+    VulkanFrame frame = FrameOf(packed->inputs(), f);
     frame.colour = {halves->view, VK_IMAGE_LAYOUT_GENERAL};
     frame.colour_is_half = true;
     const Status recorded = made->Record(slot.commands, frame);

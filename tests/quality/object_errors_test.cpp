@@ -75,12 +75,7 @@ TEST(ObjectErrors, AddUpToThePicture) {
   EXPECT_EQ(errors->size(), 5u);
   ObjectErrors sum;
   for (const ObjectErrors& e : *errors) {
-    sum.pixels += e.pixels;
-    sum.flip += e.flip;
-    sum.rel_mse += e.rel_mse;
-    sum.squared_error += e.squared_error;
-    sum.luminance += e.luminance;
-    sum.reference_luminance += e.reference_luminance;
+    sum += e;
   }
   const auto whole = CompareImages(test, reference, false);
   ASSERT_TRUE(whole.ok());

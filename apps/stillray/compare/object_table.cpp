@@ -64,12 +64,7 @@ void ObjectTable::Add(std::span<const ObjectErrors> frame) {
   for (const ObjectErrors& e : frame) {
     ObjectErrors& sum = objects_[e.object];
     sum.object = e.object;
-    sum.pixels += e.pixels;
-    sum.flip += e.flip;
-    sum.rel_mse += e.rel_mse;
-    sum.squared_error += e.squared_error;
-    sum.luminance += e.luminance;
-    sum.reference_luminance += e.reference_luminance;
+    sum += e;
   }
 }
 

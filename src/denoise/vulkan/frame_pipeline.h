@@ -30,6 +30,10 @@ class FrameObserver {
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
 };
 
+/// Residue classes modulo the step that share a group of the wavelet's tiles, at most: see
+/// atrous.comp.
+inline constexpr int kMostTileResidues = 2;
+
 /// Of a level of the wavelet, as its shader reads it.
 struct LevelPush {
   int32_t step = 1;
