@@ -340,10 +340,6 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
     AddTo(pictures[i].colour, &rest.emission);
-    if (kImages[i] == GuideSource::kReflection) {
-      // For antialias: see sum_albedo. The rest has no light that it divides.
-      rest.guides.specular_albedo = of_layer.guides.specular_albedo;
-    }
   }
   const std::vector<SignalHistory> of_rest = FutureWithoutLayers(frame, future);
   STILLRAY_RETURN_IF_ERROR(main_->Denoise(rest, of_rest, out));

@@ -185,65 +185,6 @@ TEST(VirtualGuides, EdgesOfTheImageStayWhole) {
   }
 }
 
-/// Bright lines a third of a pixel wide. \param x  from the left edge, pixels
-float ThinLines(float x) {
-  return std::fmod(x, 3.7f) < 1.0f / 3 ? 1.0f : 0.1f;
-}
-
-/// The lines in a mirror or on the wall itself; every frame has one point of each pixel. Without
-/// noise.
-Frame MakeThinLines(int64_t index, bool in_mirror) {
-  Frame f = MakeWall(kWidth, kHeight, index);
-  f.jitter_x = static_cast<float>((index * 5) % 16) / 16 - 0.46875f;
-  Image3 texture(kWidth, kHeight);
-  test::FillImage<3>(&texture, [&](int x, int, int) {
-    return ThinLines(static_cast<float>(x) + 0.5f + f.jitter_x);
-  });
-  for (int c = 0; c < 3; ++c) {
-    f.guides.albedo[c].Fill(0);
-    f.guides.specular_albedo[c].Fill(in_mirror ? 0.9f : 0.0f);
-  }
-  if (in_mirror) {
-    f.guides.roughness.Fill(0);
-    f.reflection = OwnGuides(f);
-    f.reflection.depth.Fill(10);
-    f.reflection.albedo = texture;
-  } else {
-    f.guides.albedo = texture;
-  }
-  Image3& light =
-      Light(&f, in_mirror ? SignalKind::kIndirectSpecular : SignalKind::kIndirectDiffuse);
-  test::FillImage<3>(&light, [&](int x, int y, int c) { return texture[c](x, y) * 0.9f; });
-  return f;
-}
-
-/// Root mean square error of the last of 40 frames, against the mean over the area of each pixel.
-double ErrorOfThinLines(bool in_mirror) {
-  std::vector<Frame> frames;
-  for (int64_t i = 0; i < 40; ++i) {
-    frames.push_back(MakeThinLines(i, in_mirror));
-  }
-  const Image3 picture = Denoised(PresetSettings("default").value(), frames);
-  constexpr int kPoints = 64;  // of a pixel
-  double sum = 0;
-  for (int x = 8; x < kWidth - 8; ++x) {
-    double mean = 0;
-    for (int i = 0; i < kPoints; ++i) {
-      const float at = static_cast<float>(x) + (static_cast<float>(i) + 0.5f) / kPoints;
-      mean += 0.9 / kPoints * static_cast<double>(ThinLines(at));
-    }
-    sum += std::pow(static_cast<double>(picture[1](x, kHeight / 2)) - mean, 2);
-  }
-  return std::sqrt(sum / (kWidth - 16));
-}
-
-// The rays of most frames miss them: clamped to the light of one frame they would vanish.
-TEST(VirtualGuides, ThinLinesInAMirrorAreAsOnAWall) {
-  const double on_wall = ErrorOfThinLines(false);
-  EXPECT_LT(on_wall, 0.06);
-  EXPECT_LT(ErrorOfThinLines(true), 1.2 * on_wall);
-}
-
 TEST(VirtualGuides, TheSkyInAMirrorIsLightLikeOther) {
   Frame f = MakeMirror(0, true);
   f.reflection.depth.Fill(kInfinity);

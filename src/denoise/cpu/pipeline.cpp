@@ -326,21 +326,11 @@ bool Moves(const Image2& motion) {
   return false;
 }
 
-/// The albedo that divides reflected light: with virtual guides also that of what is reflected.
-const Image3& ReflectedAlbedo(const CpuPipeline& p, const Guides& guides, const FrameWork& work) {
-  for (size_t i = 0; i < p.plan.layers.count; ++i) {
-    if (p.plan.layers.layer[i].guides == GuideSource::kReflection) {
-      return work.layers[i].selected.specular_albedo;
-    }
-  }
-  return guides.specular_albedo;
-}
-
 void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
   std::array<const Image3*, 3> given = {};
   size_t count = 0;
   for (const Image3* albedo :
-       {&guides.albedo, &ReflectedAlbedo(p, guides, *work), &guides.transmission_albedo}) {
+       {&guides.albedo, &guides.specular_albedo, &guides.transmission_albedo}) {
     if (!albedo->empty()) {
       given[count++] = albedo;
     }

@@ -2,12 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// sum_albedo: the sum of a surface's albedos and its range, by which antialias separates texture
-/// from light. That of reflected light includes what is reflected, where virtual guides show it, so
-/// that textures in mirrors are textures; that of transmitted light does not, since through curved
-/// glass it changes too fast. Source: none. The range at a block of 4x4 pixels is that of the
-/// pixels of the 3x3 blocks around it: 12x12 pixels have nearly every colour of a texture, even
-/// where thin lines lie between the rays of a frame. Border: 8 pixels. Reads 12 bytes per pixel and
-/// albedo, writes 14.
+/// from light. Source: none. The range at a block of 4x4 pixels is that of the pixels of the 3x3
+/// blocks around it: 12x12 pixels have nearly every colour of a texture, even where thin lines lie
+/// between the rays of a frame. Border: 8 pixels. Reads 12 bytes per pixel and albedo, writes 14.
 #pragma once
 
 #include <span>

@@ -383,10 +383,6 @@ FrameInputs LayerPasses::InputsOfRest(const FrameInputs& frame) const {
   FrameInputs inputs = frame;
   inputs.motion = RefTo(images_->picture_motion);
   inputs.emission = RefTo(images_->emission);
-  if (source_ == GuideSource::kReflection) {
-    // For antialias: see sum_albedo. The rest has no light that it divides.
-    inputs.albedos[kReflected.albedo] = RefTo(images_->albedo);
-  }
   return inputs;
 }
 
