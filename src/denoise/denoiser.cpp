@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The part that all backends share: checks, falling back to the CPU, names of outputs. The stages
-// of a frame: cpu/pipeline.cpp, vulkan/frame_pipeline.cpp.
+// of a frame: cpu/pipeline.cpp, vulkan/frame_pipeline.cpp (with frame_filter.cpp).
 #include "stillray/denoise.hpp"
 
 #include <utility>
