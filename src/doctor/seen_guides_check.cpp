@@ -209,13 +209,13 @@ void SeenGuidesCheck::LookAtNormal(const Exhibit& now, const std::vector<ivec2>&
 /// are known.
 bool IsAlbedoOf(const Albedos& albedos, const Image3& seen, int x, int y) {
   const auto at = [&](const Image1& plane) { return plane.empty() ? 0.0f : plane(x, y); };
-  const bool knows_all = !albedos.specular.empty();
+  const bool has_all = !albedos.specular.empty();
   for (int c = 0; c < 3; ++c) {
     const float least = albedos.diffuse[c](x, y);
     const float most = least + at(albedos.specular[c]) + at(albedos.transmission[c]);
     const float value = seen[c](x, y);
     const bool enough = value > least * (1 - kOtherAlbedo[1]) - kOtherAlbedo[0];
-    const bool too_much = knows_all && !(value < most * (1 + kOtherAlbedo[1]) + kOtherAlbedo[0]);
+    const bool too_much = has_all && !(value < most * (1 + kOtherAlbedo[1]) + kOtherAlbedo[0]);
     if (!enough || too_much) {
       return false;
     }

@@ -301,10 +301,10 @@ void Importer::ImportImages() {
   }
 }
 
-NoSeenGuides Importer::CheckSeen(bool knows_camera) {
+NoSeenGuides Importer::CheckSeen(bool has_camera) {
   ImportGuides({0, 0});
   return CheckSeenGuides({*Plane1(Aov::kSeenDepth), Colour(Aov::kSeenNormal), Image3()},
-                         frame_.guides, knows_camera);
+                         frame_.guides, has_camera);
 }
 
 bool Importer::ShowsCurvedImages() {
@@ -428,8 +428,8 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
   return motion;
 }
 
-NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool knows_camera) {
-  return Importer(image, layout, "").CheckSeen(knows_camera);
+NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool has_camera) {
+  return Importer(image, layout, "").CheckSeen(has_camera);
 }
 
 Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,

@@ -15,7 +15,7 @@
 
 namespace stillray::io {
 
-/// What a caller may ask for beside the frame.
+/// Options and further results of an import.
 struct ImportExtras {
   std::vector<LightPart>* parts = nullptr;  ///< ImportFrame
   /// The motion of images is left zero: the caller sets it (SetImageMotion), as it knows that of
@@ -27,7 +27,7 @@ struct ImportExtras {
   Image1* loss_in_motion = nullptr;
 };
 
-/// As ImportFrame (aov.h), with more to ask for.
+/// As ImportFrame (aov.h), with more options.
 Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,
                               std::array<float, 2> previous_jitter, const std::string& name,
                               const ImportExtras& extras);
@@ -52,7 +52,7 @@ class Importer {
   /// After Import: MixedLoss of pixels whose confidence depends on motion; empty without such.
   Image1 TakeLossInMotion() { return std::move(loss_in_motion_); }
   Image2 NextMotion(const JitterPair& jitter) const;
-  NoSeenGuides CheckSeen(bool knows_camera);
+  NoSeenGuides CheckSeen(bool has_camera);
   bool ShowsCurvedImages();
 
  private:

@@ -14,8 +14,8 @@ namespace stillray::io {
 
 /// Imports guides alone.
 /// \param layout        has kSeenDepth, kSeenNormal, kDepth, kNormal and kMotion
-/// \param knows_camera  whether the camera's motion is known by its matrices
-NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool knows_camera);
+/// \param has_camera  whether the camera's motion is known by its matrices
+NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool has_camera);
 
 /// Decides whether the layers are used, and drops them if not. They need everything that they are
 /// compared with, and light of their own. Adds a note if the file has all of them.

@@ -275,10 +275,10 @@ void SetImagesOfCurves(const SeenLayers& layers, const Plane<uint8_t>& taken, Se
 
 }  // namespace
 
-NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool knows_camera) {
+NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool has_camera) {
   SeenFit fit;
   const NoSeenGuides why = Fit(seen, guides, &fit);
-  if (why != NoSeenGuides::kNone || knows_camera) {
+  if (why != NoSeenGuides::kNone || has_camera) {
     return why;
   }
   CameraFits fits(guides);

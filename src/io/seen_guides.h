@@ -37,7 +37,7 @@ void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images);
 /// Why SetSeenGuides and MoveSeenGuides would set nothing.
 /// \param seen          depth and normal
 /// \param guides        depth, normal and motion
-/// \param knows_camera  whether the camera's motion is known by its matrices
-NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool knows_camera);
+/// \param has_camera  whether the camera's motion is known by its matrices
+NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool has_camera);
 
 }  // namespace stillray::io

@@ -467,7 +467,7 @@ void FramePipeline::ResampleHistory(Size before, PassRecorder* recorder) {
   }
 }
 
-/// Copies the light of signals that the caller wants.
+/// Copies the light of the signals that were requested.
 void FramePipeline::StoreSignals(const FrameInputs& inputs, PassRecorder* recorder) {
   for (size_t s = 0; s < groups_.size(); ++s) {
     if (inputs.filtered[s].view == VK_NULL_HANDLE) {
