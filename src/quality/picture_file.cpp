@@ -34,6 +34,12 @@ Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
   return frame.ok() ? Result<Image3>(SumOfLight(*frame)) : Result<Image3>(frame.status());
 }
 
+/// Whether a channel has this name, possibly behind that of its view layer.
+bool IsLayer(std::string_view channel, std::string_view name) {
+  const size_t before = channel.size() - std::min(channel.size(), name.size());
+  return channel.ends_with(name) && (before == 0 || channel[before - 1] == '.');
+}
+
 /// The layer of that name; of kAnyObjects the first one that holds objects.
 const Channel* FindObjects(const ExrImage& exr, const std::string& layer) {
   if (layer != kAnyObjects) {
@@ -41,7 +47,7 @@ const Channel* FindObjects(const ExrImage& exr, const std::string& layer) {
   }
   for (const std::string_view ending : {"id.X", "IndexOB.X"}) {
     for (const Channel& channel : exr.channels) {
-      if (channel.name == ending || channel.name.ends_with("." + std::string(ending))) {
+      if (IsLayer(channel.name, ending)) {
         return &channel;
       }
     }
