@@ -29,6 +29,7 @@ test_packages=(
 long_test_packages=(
   chromium chromium-driver
   g++-mingw-w64-x86-64-posix
+  bubblewrap patchelf xz-utils
   xvfb xdotool libgl1-mesa-dri
 )
 
