@@ -2,9 +2,9 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
 #
-# What a release must pass, well above an hour on two cores: all tests, formatting, a syntax check for ARM and Windows, the library
-# without Vulkan and without vector instructions, all fast tests and fuzzers under clang's sanitizers, and the bundle for GPUs from an empty root. Needs root
-# or sudo for packages that are missing.
+# What a release must pass, well above an hour on two cores: all tests, formatting, a syntax check for ARM and Windows,
+# the library without Vulkan and without vector instructions, all fast tests and fuzzers under clang's sanitizers, and
+# the bundle for GPUs from an empty root. Needs root or sudo for packages that are missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
