@@ -61,8 +61,7 @@ struct ObjectErrors {
 };
 
 /// The errors of each object, in ascending order of their numbers.
-/// \param objects  the number of the object at each pixel, up to 2^24, rounded to the nearest;
-/// pixels
+/// \param objects  number of the object at each pixel, up to 2^24, rounded to the nearest; pixels
 ///     that are not finite there belong to none
 /// \return errors of CompareImages; kInvalidArgument if `objects` has another size
 Result<std::vector<ObjectErrors>> CompareObjects(const Image3& test, const Image3& reference,

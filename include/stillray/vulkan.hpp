@@ -180,9 +180,8 @@ class VulkanDenoiser {
   /// inserts the barriers between its frames and stages. After: the outputs are written by
   /// VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT, VK_ACCESS_SHADER_WRITE_BIT, and keep their layout;
   /// inputs may be written again after VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT.
-  /// \return kInvalidArgument naming the missing image, kOutOfMemory for descriptor sets. Nothing
-  /// is
-  ///     recorded then, and the next frame continues as if this one had not been
+  /// \return kInvalidArgument naming the missing image, kOutOfMemory for descriptor sets. Then
+  ///     nothing is recorded, and the next frame continues from the last one that was
   Status Record(VkCommandBuffer commands, const VulkanFrame& frame);
 
   /// Changes the settings from the next frame on; compiles shaders if needed.

@@ -62,8 +62,9 @@ DescriptorSets::~DescriptorSets() {
   }
 }
 
-Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all) {
+Status DescriptorSets::CreatePool(uint32_t most, const SetShape& all, uint32_t in_flight) {
   most_ = most;
+  in_flight_ = in_flight;
   all_ = all;
   entries_.reserve(most);
   return AddPool();
@@ -156,18 +157,22 @@ Result<VkDescriptorSet> DescriptorSets::Find(const SetShape& shape, const SetCon
   return set;
 }
 
-void DescriptorSets::BeginFrame(size_t frame) {
-  if (frames_.size() <= frame) {
-    frames_.resize(frame + 1);
+void DescriptorSets::BeginFrame(uint32_t number) {
+  if (in_flight_ == 0) {
+    return;
   }
-  frame_ = frame;
-  for (FrameEntry& entry : frames_[frame]) {
+  frames_.resize(in_flight_);
+  frame_ = number % in_flight_;
+  for (FrameEntry& entry : frames_[frame_]) {
     entry.used = false;
   }
 }
 
 Result<VkDescriptorSet> DescriptorSets::FindForFrame(const SetShape& shape,
                                                      const SetContent& content) {
+  if (in_flight_ == 0) {
+    return Find(shape, content);
+  }
   std::vector<FrameEntry>& own = frames_[frame_];
   auto free = std::find_if(own.begin(), own.end(), [&](const FrameEntry& entry) {
     return !entry.used && entry.shape == shape;

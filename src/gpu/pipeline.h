@@ -54,16 +54,18 @@ class DescriptorSets {
   /// Creates the first pool; more follow when it is exhausted.
   /// \param most  number of sets of a pool
   /// \param all   number of descriptors of all sets of a pool together
-  Status CreatePool(uint32_t most, const SetShape& all);
+  /// \param in_flight  frames that the device may not have finished, each with content of its own;
+  ///     0: the content of frames comes again
+  Status CreatePool(uint32_t most, const SetShape& all, uint32_t in_flight = 0);
   /// The device's own layout: all users of the device share it.
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape) const;
   /// Frees all sets; none may be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
-  /// Sets of FindForFrame belong to this frame from now on. \param frame  its place among those
-  ///     that may be unfinished; the device has finished the last one there
-  void BeginFrame(size_t frame);
-  /// A set for one use in the frame of BeginFrame.
+  /// Sets of FindForFrame belong to this frame from now on. \param number  of the frame; the device
+  ///     has finished the frame that is `in_flight` frames older
+  void BeginFrame(uint32_t number);
+  /// A set for one use in the frame of BeginFrame; that of Find without frames in flight.
   Result<VkDescriptorSet> FindForFrame(const SetShape& shape, const SetContent& content);
   /// Creates the pool of a single set, and the set: of buffers alone.
   Result<VkDescriptorSet> CreateSingle(const SetShape& shape,
@@ -87,6 +89,7 @@ class DescriptorSets {
 
   const DeviceContext* context_;
   uint32_t most_ = 0;
+  uint32_t in_flight_ = 0;
   SetShape all_;
   std::vector<VkDescriptorPool> pools_;
   uint32_t taken_ = 0;  ///< sets of the last pool

@@ -31,13 +31,13 @@ Status Timestamps::Create(uint32_t most_marks, uint32_t frames) {
                   "creating a query pool");
 }
 
-void Timestamps::Begin(VkCommandBuffer commands, uint32_t frame) {
+void Timestamps::Begin(VkCommandBuffer commands, uint32_t number) {
   if (pool_ == VK_NULL_HANDLE) {
     return;
   }
-  frame_ = frame;
+  frame_ = number % names_.size();
   names_[frame_].clear();
-  context_->vk.CmdResetQueryPool(commands, pool_, frame * most_, most_);
+  context_->vk.CmdResetQueryPool(commands, pool_, static_cast<uint32_t>(frame_) * most_, most_);
 }
 
 void Timestamps::Mark(VkCommandBuffer commands, std::string_view name) {

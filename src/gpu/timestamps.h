@@ -34,9 +34,9 @@ class Timestamps {
   /// \param most_marks  of a frame
   /// \param frames      that keep their times, at least 1
   Status Create(uint32_t most_marks, uint32_t frames = 1);
-  /// Resets the marks of a frame; record it before its first one. \param frame  its place among
-  ///     `frames`, whose last frame the device has finished
-  void Begin(VkCommandBuffer commands, uint32_t frame = 0);
+  /// Resets the marks of a frame; record it before its first one. \param number  of the frame; the
+  ///     device has finished the frame that is `frames` frames older
+  void Begin(VkCommandBuffer commands, uint32_t number = 0);
   /// Begins a part of that frame. Marks beyond the maximum are not measured.
   void Mark(VkCommandBuffer commands, std::string_view name);
   /// Ends the last part.

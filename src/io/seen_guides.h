@@ -22,9 +22,9 @@ struct SeenLayers {
 /// but for their motion (MoveSeenGuides): each mirror or pane has the guides of what is seen in it,
 /// reflected or through it, whichever is brighter by its albedos. Surfaces in which neighbours
 /// mostly see something else are rough: their layers are those of random directions. Albedo above 1
-/// is that of a lamp. \param frame   needs depth, normal, motion and the albedos; its light
-/// distinguishes lobes and
-///     lamps
+/// is that of a lamp.
+/// \param frame   needs depth, normal, motion and the albedos; its light distinguishes lobes
+///     and lamps
 /// \param images  [out] all members; `missing` is kNone, kLens or kNormal
 void SetSeenGuides(const SeenLayers& seen, Frame* frame, FrameImages* images);
 
@@ -37,7 +37,7 @@ void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images);
 /// Why SetSeenGuides and MoveSeenGuides would set nothing.
 /// \param seen          depth and normal
 /// \param guides        depth, normal and motion
-/// \param has_camera  whether the camera's motion is known by its matrices
+/// \param has_camera    whether the camera's motion is known by its matrices
 NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool has_camera);
 
 }  // namespace stillray::io

@@ -239,7 +239,7 @@ TEST_F(Ground, PipelineComputesAndIsTimed) {
   ASSERT_TRUE(arena.Allocate().ok());
   gpu::DescriptorSets sets(&c);
   const gpu::SetShape shape = {1, 1, 0, 0};
-  ASSERT_TRUE(sets.CreatePool(2, {2, 2, 0, 0}).ok());
+  ASSERT_TRUE(sets.CreatePool(2, {2, 2, 0, 0}, 2).ok());
   const VkDescriptorSetLayout layout = *sets.Layout(shape);
   const uint32_t factor = 3;
   const Result<gpu::Pipeline> pipeline =
@@ -259,8 +259,8 @@ TEST_F(Ground, PipelineComputesAndIsTimed) {
   EXPECT_EQ(*sets.Find(shape, {{from->view, to->view}, {}, {}}), *set);
   // Sets of a frame are other ones with each use, and the same ones for the next frame there.
   std::vector<VkDescriptorSet> of_frame[3];
-  for (size_t i = 0; i < 3; ++i) {
-    sets.BeginFrame(i % 2);
+  for (uint32_t i = 0; i < 3; ++i) {
+    sets.BeginFrame(i);
     for (int use = 0; use < 2; ++use) {
       of_frame[i].push_back(*sets.FindForFrame(shape, {{from->view, to->view}, {}, {}}));
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A renderer that denoises in command buffers of its own, several of which may be on the way.
+/// A renderer that denoises in command buffers of its own, several of which may be pending.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -23,7 +23,7 @@ namespace stillray::test {
 inline constexpr int kRendererWidth = 45;
 inline constexpr int kRendererHeight = 26;
 
-/// A frame that is being recorded, or is on the way.
+/// A frame that is being recorded, or is pending.
 struct Slot {
   VkCommandBuffer commands = VK_NULL_HANDLE;
   VkFence fence = VK_NULL_HANDLE;

@@ -318,8 +318,8 @@ TEST(FitCameraMotion, APlaneThatStandsStillIsEnough) {
   EXPECT_LT(glm::length(fits.Motion()->MotionOf({0.3f, 0.2f}, 100, 160)), 1e-4f);
 }
 
-// A board before the wall, of a fiftieth of the picture and a tenth nearer, tells how the camera
-// moves.
+// A board that covers a fiftieth of the picture, a tenth nearer than the wall, is enough to
+// determine the motion of the camera.
 TEST(FitCameraMotion, ALittleReliefIsEnough) {
   Room room = OnePlane(kFrontal);
   room.rectangles.push_back({{-0.5, 1, 5},

@@ -160,7 +160,6 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   std::unique_ptr<FramePipeline> made(new FramePipeline(context));
   made->transmission_ = o.transmission;
   made->timed_ = o.timed;
-  made->in_flight_ = o.in_flight;
   made->groups_ = GroupsOf(o.settings.signals, o.transmission);
   made->shape_ =
       ShapeOf(o.settings, o.width, o.height, static_cast<int>(made->groups_.size()), o.storage);
@@ -175,7 +174,7 @@ Result<std::unique_ptr<FramePipeline>> FramePipeline::Create(const gpu::DeviceCo
   }
   made->images_ = *images;
   STILLRAY_RETURN_IF_ERROR(made->arena_.Allocate());
-  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kMostSets, kMostDescriptors));
+  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kMostSets, kMostDescriptors, o.in_flight));
   if (o.timed) {
     STILLRAY_RETURN_IF_ERROR(made->times_.Create(kMostMarks, std::max(o.in_flight, 1u)));
   }
@@ -515,14 +514,11 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
 }
 
 PassRecorder FramePipeline::BeginPasses(gpu::CommandList* commands) {
-  const uint32_t place = in_flight_ > 0 ? frames_ % in_flight_ : 0;
-  if (in_flight_ > 0) {
-    sets_.BeginFrame(place);
-  }
+  sets_.BeginFrame(frames_);
   if (Times() != nullptr) {
-    commands->BeginTimes(&times_, place);
+    commands->BeginTimes(&times_, frames_);
   }
-  return {pipelines_.get(), &sets_, Times(), in_flight_, commands};
+  return {pipelines_.get(), &sets_, Times(), commands};
 }
 
 void FramePipeline::EndPasses(const FramePlan& plan, PassRecorder* recorder) {

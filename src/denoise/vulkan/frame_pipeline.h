@@ -206,7 +206,6 @@ class FramePipeline {
   FrameImages images_;
   std::unique_ptr<FillGuidesPass> fill_guides_;
   SequenceProgress progress_;
-  uint32_t in_flight_ = 0;
   uint32_t frames_ = 0;  ///< recorded
   uint64_t pass_bytes_ = 0;
   bool prepared_ = false;

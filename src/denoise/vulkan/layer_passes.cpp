@@ -154,13 +154,13 @@ Result<gpu::MemoryUse> LayerPasses::Need(const gpu::DeviceContext* context,
 Result<std::unique_ptr<LayerPasses>> LayerPasses::Create(const gpu::DeviceContext* context,
                                                          GuideSource source, bool timed,
                                                          uint32_t in_flight) {
-  std::unique_ptr<LayerPasses> made(new LayerPasses(context, source, timed, in_flight));
+  std::unique_ptr<LayerPasses> made(new LayerPasses(context, source, timed));
   gpu::SetShape all = {0, 0, 0, 0};
   for (size_t pass = 0; pass < kPassCount; ++pass) {
     all.sampled += InfoOf(pass).reads * kFramesOfAPool;
     all.stored += InfoOf(pass).writes * kFramesOfAPool;
   }
-  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kPassCount * kFramesOfAPool, all));
+  STILLRAY_RETURN_IF_ERROR(made->sets_.CreatePool(kPassCount * kFramesOfAPool, all, in_flight));
   if (timed) {
     STILLRAY_RETURN_IF_ERROR(made->layer_times_.Create(kMostMarks, std::max(in_flight, 1u)));
     STILLRAY_RETURN_IF_ERROR(made->rest_times_.Create(kMostMarks, std::max(in_flight, 1u)));
@@ -203,7 +203,7 @@ void LayerPasses::Resize(int width, int height) {
 
 void LayerPasses::Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times) {
   if (timed_) {
-    commands->BeginTimes(times, Place());
+    commands->BeginTimes(times, frames_);
   }
   commands->BeginPart(InfoOf(pass).stage, timed_ ? times : nullptr);
 }
@@ -223,8 +223,7 @@ Status LayerPasses::Run(gpu::CommandList* commands, Pass pass, std::span<const I
     content.layouts.push_back(image.layout);
   }
   const gpu::SetShape shape = {info.reads, info.writes, 0, 0};
-  const Result<VkDescriptorSet> set =
-      in_flight_ > 0 ? sets_.FindForFrame(shape, content) : sets_.Find(shape, content);
+  const Result<VkDescriptorSet> set = sets_.FindForFrame(shape, content);
   STILLRAY_RETURN_IF_ERROR(set.status());
   const Groups groups = GroupsFor(width_, height_);
   commands->Dispatch({pipeline.handle(), pipeline.layout(), {*set}, 1, groups.x, groups.y}, push);
@@ -245,9 +244,7 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
                                 const SelectGuidesParameters& select) {
   const LayerImages& to = *images_;
   ++frames_;
-  if (in_flight_ > 0) {
-    sets_.BeginFrame(Place());
-  }
+  sets_.BeginFrame(frames_);
   commands->Call([this](VkCommandBuffer into) { PrepareImages(into); });
   WaitForWrites(commands);  // the passes of the last frame may still read what these write
   const bool has_previous = HasPreviousNormals(facts);

@@ -112,11 +112,10 @@ class LayerPasses {
  private:
   enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
 
-  LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed, uint32_t in_flight)
+  LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed)
       : context_(context),
         source_(source),
         timed_(timed),
-        in_flight_(in_flight),
         sets_(context),
         layer_times_(context),
         rest_times_(context) {}
@@ -129,12 +128,10 @@ class LayerPasses {
   void Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times);
   void End(gpu::CommandList* commands, gpu::Timestamps* times);
   void PrepareImages(VkCommandBuffer commands);
-  uint32_t Place() const { return in_flight_ > 0 ? frames_ % in_flight_ : 0; }
 
   const gpu::DeviceContext* context_;
   GuideSource source_;
   bool timed_;
-  uint32_t in_flight_;
   uint32_t frames_ = 0;  ///< recorded
   gpu::DescriptorSets sets_;
   gpu::Timestamps layer_times_;

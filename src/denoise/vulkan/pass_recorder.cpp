@@ -71,8 +71,7 @@ void ForEachUse(const ShaderInfo& info, std::span<const gpu::Image* const> image
 
 void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images) {
   const gpu::SetContent content = FrameContent(inputs, images);
-  const Result<VkDescriptorSet> set =
-      in_flight_ > 0 ? sets_->FindForFrame(kFrameSet, content) : sets_->Find(kFrameSet, content);
+  const Result<VkDescriptorSet> set = sets_->FindForFrame(kFrameSet, content);
   if (!set.ok()) {
     status_ = set.status();
     return;
@@ -133,7 +132,7 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
     content.buffers.push_back(buffers_[i]->buffer);
   }
   // The images of other shaders are the denoiser's own, and come again.
-  const bool for_frame = in_flight_ > 0 && shader == Shader::kStoreSignal;
+  const bool for_frame = shader == Shader::kStoreSignal;
   const Result<VkDescriptorSet> own =
       for_frame ? sets_->FindForFrame(OwnSet(info), content) : sets_->Find(OwnSet(info), content);
   if (!own.ok()) {

@@ -48,15 +48,9 @@ struct FrameInputs {
 class PassRecorder {
  public:
   /// \param times  of the frame; nullptr: not measured
-  /// \param in_flight  frames that may be unfinished, whose inputs need no set that is kept; 0: the
-  ///     same inputs come again
   PassRecorder(Pipelines* pipelines, gpu::DescriptorSets* sets, gpu::Timestamps* times,
-               uint32_t in_flight, gpu::CommandList* commands)
-      : pipelines_(pipelines),
-        sets_(sets),
-        times_(times),
-        in_flight_(in_flight),
-        commands_(commands) {}
+               gpu::CommandList* commands)
+      : pipelines_(pipelines), sets_(sets), times_(times), commands_(commands) {}
 
   /// Chooses set 0 for the following passes.
   void UseFrame(const FrameInputs& inputs, const FrameImages& images);
@@ -104,7 +98,6 @@ class PassRecorder {
   Pipelines* pipelines_;
   gpu::DescriptorSets* sets_;
   gpu::Timestamps* times_;
-  uint32_t in_flight_;
   gpu::CommandList* commands_;
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
   std::vector<const gpu::Buffer*> buffers_;
