@@ -29,7 +29,7 @@ if(STILLRAY_BUILD_APPS)
 endif()
 
 set(headers
-  core.h denoise.hpp frame.h image.h parameter.h shared_picture.h status.h stillray.h stillray.hpp
+  camera.h core.h denoise.hpp frame.h image.h parameter.h reflections.h shared_picture.h status.h stillray.h stillray.hpp
   two_way.hpp vec.h)
 if(STILLRAY_VULKAN)
   list(APPEND headers vulkan.h vulkan.hpp)

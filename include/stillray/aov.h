@@ -15,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stillray/camera.h"
 #include "stillray/frame.h"
 #include "stillray/io.h"
 #include "stillray/status.h"
@@ -88,41 +89,18 @@ Image2 ConvertNextMotion(const Image1& x, const Image1& y, const MotionConventio
                          const JitterPair& jitter);
 /// Linear depth; +infinity for background. Invalid values (negative, zero, NaN) are kept.
 Image1 ConvertDepth(const Image1& depth, const DepthConvention& convention);
+/// Hit distances, 0 where there is none: negative, zero, NaN. +infinity for the sky.
+/// \param convention  linear, inverse or normalised
+Image1 ConvertHitDistance(const Image1& hits, const DepthConvention& convention);
 /// Unit normals; zero stays zero, NaN stays NaN.
 /// \param world_to_camera  rows of the upper 3 x 3 of OpenEXR's worldToCamera (row vectors:
 ///        camera = world * matrix), or nullptr
 Image3 ConvertNormal(const Image3& normal, const NormalConvention& convention,
                      const std::array<float, 9>* world_to_camera);
 
-/// The standard attributes worldToCamera and worldToNDC of an EXR file: rows of 4 x 4 matrices for
-/// row vectors, as defined by OpenEXR.
-struct CameraMatrices {
-  std::array<double, 16> world_to_camera;
-  std::array<double, 16> world_to_ndc;
-  /// NDC are those of the standard, from 0 to 1 from the upper left corner. If not set, the
-  /// convention follows from where the viewing axis projects to, which a strongly shifted lens
-  /// makes ambiguous.
-  bool is_standard = false;
-};
-/// Empty if one is missing, is not of 16 finite numbers, or worldToCamera has no inverse.
+/// The camera of the standard attributes. Empty if one is missing, is not of 16 finite numbers, or
+/// worldToCamera has no inverse.
 std::optional<CameraMatrices> CameraOf(const ExrImage& image);
-
-/// The focal length in pixels, vertically: the height of the picture over that in tangents of the
-/// angle of view. 0 without perspective.
-double FocalPixels(const CameraMatrices& camera, int width, int height);
-
-/// Frame::focal_pixels: the same of a camera whose optical axis passes through the centre of the
-/// picture, up to 2 % of its width, and whose pixels are square, up to 2 %; else 0.
-double CentredFocalPixels(const CameraMatrices& camera, int width, int height);
-
-/// Motion of a still scene from the cameras of two frames: the point seen at p is at p + result(p)
-/// in the picture of the other camera, in pixels, right and down. Zero where depth is infinite;
-/// points behind the other camera lead out of the picture. Device coordinates run from 0 to 1 from
-/// the upper left corner (the standard) or from -1 to 1 with y up, and the camera looks along +z
-/// (the standard) or -z; the projection of the viewing axis distinguishes them.
-/// \param depth  linear; of the size of both pictures
-Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
-                         const CameraMatrices& other);
 
 /// "pixels, to_previous, y_up": in the words of --aov.
 std::string ConventionText(const MotionConvention& convention);
@@ -145,9 +123,11 @@ enum class Aov : uint8_t {
   kFallbackAlbedo,  ///< of all reflection; used with kColour alone
   kFallbackNormal,  ///< of the surface that kFallbackAlbedo belongs to; any axes
   // Of the first rough surface behind mirrors and glass; as Cycles' Denoising Data.
-  kSeenDepth,   ///< length of the path to it
-  kSeenNormal,  ///< any axes
-  kSeenAlbedo,  ///< times the throughput of the path
+  kSeenDepth,       ///< length of the path to it
+  kSeenNormal,      ///< any axes
+  kSeenAlbedo,      ///< times the throughput of the path
+  kHitDistance,     ///< length of the reflected ray from the first surface to what it met
+  kSpecularMotion,  ///< of what mirrors show
   // VirtualGuides.
   kReflectionDepth,
   kReflectionNormal,
@@ -175,7 +155,7 @@ enum class Aov : uint8_t {
   kEmission,
   kBackground,
 };
-inline constexpr int kAovCount = 41;
+inline constexpr int kAovCount = 43;
 /// The name on the command line: "colour", "direct_diffuse", ...
 const char* AovName(Aov aov);
 
@@ -201,7 +181,9 @@ struct AovLayout {
   std::vector<AovSource> sources;
   MotionConvention motion;
   MotionConvention next_motion;
+  MotionConvention specular_motion;
   DepthConvention depth;
+  DepthConvention hit_distance;  ///< linear, inverse or normalised; `focal` of the frame
   NormalConvention normal;
   /// There is no motion layer; motion of still surfaces follows from depth and the cameras of both
   /// frames.

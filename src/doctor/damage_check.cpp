@@ -82,12 +82,12 @@ class DamageCheck : public Check {
 void DamageCheck::LookAt(const Exhibit& now, const AovSource& source, const Channel& channel,
                          float limit) {
   const bool depth = source.aov == Aov::kDepth || source.aov == Aov::kReflectionDepth ||
-                     source.aov == Aov::kRefractionDepth;
+                     source.aov == Aov::kRefractionDepth || source.aov == Aov::kHitDistance;
   const bool light = IsLight(source.aov);
   for (int y = 0; y < channel.values.height(); ++y) {
     const float* row = channel.values.Row(y);
     for (int x = 0; x < channel.values.width(); ++x) {
-      // Infinite depth is the background.
+      // Infinite depth is the background, and an infinite hit distance the sky.
       if (std::isnan(row[x]) || (std::isinf(row[x]) && !depth)) {
         broken_.Add(now, channel.name, x, y, row[x]);
       } else if (light && row[x] < -limit) {

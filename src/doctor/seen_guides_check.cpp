@@ -107,7 +107,7 @@ std::optional<io::Lens> LensOf(const Guides& g, const Image1& seen,
     const auto distance = static_cast<double>(seen(p.x, p.y));
     nearest = std::min(nearest, z);
     if (std::isfinite(distance)) {
-      starts.push_back(z - lens.DepthOf(distance, io::PixelPoint(g.depth, p.x, p.y)));
+      starts.push_back(z - lens.DepthOf(distance, PixelPoint(g.depth, p.x, p.y)));
     }
   }
   lens.start = std::clamp(Median(std::move(starts)), 0.0, nearest);
@@ -179,7 +179,7 @@ void SeenGuidesCheck::LookAtDepth(const Exhibit& now, const std::vector<ivec2>& 
   }
   depth_.differs.emplace_back(now.number, Part(pixels, [&](int x, int y) {
                                 const double depth = lens->DepthOf(static_cast<double>(seen(x, y)),
-                                                                   io::PixelPoint(g.depth, x, y));
+                                                                   PixelPoint(g.depth, x, y));
                                 const double relative = depth / static_cast<double>(g.depth(x, y));
                                 return !(std::abs(relative - 1) < kOtherDepth);
                               }));

@@ -39,11 +39,21 @@ constexpr double kAgreement = 0.7;
 /// The virtual guides of one kind of light.
 struct Kind {
   const VirtualGuides Frame::*guides;
-  Aov depth;
-  Aov motion;
+  std::vector<Aov> depths;   ///< the layers that may give them, the first of the file counts
+  std::vector<Aov> motions;  ///< likewise
   std::vector<std::pair<int64_t, double>> nearer = {};  ///< of each frame
   std::vector<std::pair<int64_t, double>> more = {};    ///< of each pair of frames
 };
+
+/// The first of these that the file has; else the first of all.
+Aov Given(const AovLayout& layout, const std::vector<Aov>& aovs) {
+  for (const Aov aov : aovs) {
+    if (layout.Find(aov) != nullptr) {
+      return aov;
+    }
+  }
+  return aovs.front();
+}
 
 bool HasImage(const VirtualGuides& image, int x, int y) {
   return image.depth(x, y) > 0;
@@ -122,7 +132,7 @@ class VirtualGuidesCheck : public Check {
     layout_ = now.layout;
     for (Kind& kind : kinds_) {
       const VirtualGuides& image = now.frame.*kind.guides;
-      if (now.layout->Find(kind.depth) == nullptr || image.empty()) {
+      if (now.layout->Find(Given(*now.layout, kind.depths)) == nullptr || image.empty()) {
         continue;
       }
       LookAtDepth(now, image, &kind);
@@ -195,14 +205,15 @@ class VirtualGuidesCheck : public Check {
     if (kind.nearer.empty()) {
       return;
     }
-    verdict->Add(Measure{fmt::format("{}_nearer", AovName(kind.depth)), worst, kMayBeNearer,
+    const Aov depth = Given(*layout_, kind.depths);
+    verdict->Add(Measure{fmt::format("{}_nearer", AovName(depth)), worst, kMayBeNearer,
                          !frames.empty(), static_cast<int64_t>(kind.nearer.size())});
     if (!frames.empty()) {
       verdict->Add(Finding{
           "image_depth_nearer", frames,
           fmt::format("{} is less than the depth of the surface in up to {:.0f} % of its pixels in "
                       "{} (expected at most {:.0f} %)",
-                      LayerText(*layout_, kind.depth), 100 * worst, FrameRanges(frames),
+                      LayerText(*layout_, depth), 100 * worst, FrameRanges(frames),
                       100 * kMayBeNearer),
           "write the view-space z of the point on the pixel's ray that is as far away as the whole "
           "path to what is seen is long, 0 where nothing is",
@@ -216,16 +227,17 @@ class VirtualGuidesCheck : public Check {
     if (kind.more.empty()) {
       return;
     }
+    const Aov motion = MotionLayer(kind);
     const bool broken =
         static_cast<double>(frames.size()) >= kAgreement * static_cast<double>(kind.more.size());
-    verdict->Add(Measure{fmt::format("{}_wrong", AovName(kind.motion)), most, kFindsMore, broken,
+    verdict->Add(Measure{fmt::format("{}_wrong", AovName(motion)), most, kFindsMore, broken,
                          static_cast<int64_t>(kind.more.size())});
     if (broken) {
       verdict->Add(Finding{
           "image_motion_wrong", frames,
           fmt::format("what surfaces show is found again by another motion than that in {} in "
                       "{:.0f} % more of the pixels in {} (expected at most {:.0f} %)",
-                      LayerText(*layout_, kind.motion), 100 * most, FrameRanges(frames),
+                      LayerText(*layout_, motion), 100 * most, FrameRanges(frames),
                       100 * kFindsMore),
           "write the motion of the image, not that of the surface, in the convention of motion; or "
           "leave the layers out",
@@ -233,9 +245,19 @@ class VirtualGuidesCheck : public Check {
     }
   }
 
+  /// What gives the motion: its own layer, else hit distances, else the depth that it follows from.
+  Aov MotionLayer(const Kind& kind) const {
+    const Aov own = Given(*layout_, kind.motions);
+    const bool is_given =
+        layout_->Find(own) != nullptr || layout_->Find(Aov::kHitDistance) == nullptr;
+    return is_given ? own : Given(*layout_, kind.depths);
+  }
+
   const AovLayout* layout_ = nullptr;
-  Kind kinds_[2] = {{&Frame::reflection, Aov::kReflectionDepth, Aov::kReflectionMotion},
-                    {&Frame::refraction, Aov::kRefractionDepth, Aov::kRefractionMotion}};
+  Kind kinds_[2] = {{&Frame::reflection,
+                     {Aov::kReflectionDepth, Aov::kHitDistance},
+                     {Aov::kReflectionMotion, Aov::kSpecularMotion}},
+                    {&Frame::refraction, {Aov::kRefractionDepth}, {Aov::kRefractionMotion}}};
 };
 
 }  // namespace

@@ -153,6 +153,21 @@ Image1 ConvertDepth(const Image1& depth, const DepthConvention& c) {
   return linear;
 }
 
+Image1 ConvertHitDistance(const Image1& hits, const DepthConvention& c) {
+  const bool zero_is_sky = c.kind == DepthKind::kInverse;
+  Image1 linear = ConvertDepth(hits, c);
+  ParallelRows(hits.height(), kRowsPerTask, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < hits.width(); ++x) {
+        const float stored = hits(x, y);
+        const bool is_known = stored > 0 || (zero_is_sky && stored == 0);
+        linear(x, y) = is_known && linear(x, y) > 0 ? linear(x, y) : 0.0f;
+      }
+    }
+  });
+  return linear;
+}
+
 Image3 ConvertNormal(const Image3& normal, const NormalConvention& c,
                      const std::array<float, 9>* world_to_camera) {
   Image3 unit(normal.width(), normal.height());

@@ -19,6 +19,7 @@
 #include "io/aov_seen.h"
 #include "io/curved_images.h"
 #include "io/fill_depth.h"
+#include "io/hit_guides.h"
 #include "io/light_confidence.h"
 #include "io/mixed_motion.h"
 #include "io/text.h"
@@ -279,16 +280,71 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-/// Images from the layers of what is seen, and from the shape of convex surfaces.
-void Importer::ImportImages() {
+/// From what is known best: what the user gives, the camera, what depth and normals reveal.
+std::optional<Lens> Importer::LensOfRays(CameraFits* fits) const {
+  if (layout_.hit_distance.focal > 0) {
+    return LensOfFocalLength(static_cast<double>(layout_.hit_distance.focal), frame_.width);
+  }
+  const std::optional<CameraMatrices> stored = CameraOf(image_);
+  for (const CameraMatrices* camera : {camera_, stored ? &*stored : nullptr}) {
+    const std::optional<Lens> lens =
+        camera != nullptr ? LensOfCamera(*camera, frame_.width, frame_.height) : std::nullopt;
+    if (lens) {
+      return lens;
+    }
+  }
+  if (frame_.focal_pixels > 0) {
+    return LensOfFocalLength(static_cast<double>(frame_.focal_pixels), frame_.width);
+  }
+  if (const std::optional<View>& view = fits->FieldOfView()) {
+    return LensOfFocalLength(0.5 * frame_.width / view->tangent, frame_.width);
+  }
+  return std::nullopt;
+}
+
+/// Reflections by their hit distance, in place of those of the layers of what is seen.
+void Importer::ImportHits(CameraFits* fits, FrameImages* images) {
+  const std::optional<Lens> lens = LensOfRays(fits);
+  images->missing = lens ? NoSeenGuides::kNone : NoSeenGuides::kFocal;
+  if (lens) {
+    SetHitGuides({ConvertHitDistance(*Plane1(Aov::kHitDistance), layout_.hit_distance),
+                  Plane1(Aov::kSeenDepth).value_or(Image1()), Colour(Aov::kSeenNormal),
+                  Colour(Aov::kSeenAlbedo)},
+                 *lens, &frame_, images);
+  }
+}
+
+/// The motion of reflections as stored, out of the picture where it is no number.
+void Importer::ImportSpecularMotion(const JitterPair& jitter) {
+  const AovSource& source = *layout_.Find(Aov::kSpecularMotion);
+  const Image2 stored = ConvertMotion(Values(source.channels[0]), Values(source.channels[1]),
+                                      layout_.specular_motion, jitter);
+  const vec2 unknown = UnknownMotion(frame_.width, frame_.height);
+  Image2& motion = frame_.reflection.motion;
+  motion = Image2(frame_.width, frame_.height);
+  ForEachPixel(frame_.width, frame_.height, [&](int x, int y) {
+    const bool is_known = std::isfinite(stored[0](x, y) + stored[1](x, y));
+    motion[0](x, y) = is_known ? stored[0](x, y) : unknown.x;
+    motion[1](x, y) = is_known ? stored[1](x, y) : unknown.y;
+  });
+}
+
+/// Images from hit distances, from the layers of what is seen, and from the shape of convex
+/// surfaces.
+void Importer::ImportImages(const JitterPair& jitter) {
   CameraFits fits(frame_.guides);
   FrameImages images;
+  images.has_reflection_motion = layout_.Find(Aov::kSpecularMotion) != nullptr;
   const std::optional<Image1> depth = Plane1(Aov::kSeenDepth);
   if (depth && frame_.reflection.empty() && frame_.refraction.empty()) {
     SetSeenGuides({*depth, Colour(Aov::kSeenNormal), Colour(Aov::kSeenAlbedo)}, &frame_, &images);
-    if (!moves_images_later_) {
-      MoveSeenGuides(&fits, &frame_, &images);  // by motion as stored
-    }
+  }
+  if (layout_.Find(Aov::kHitDistance) != nullptr) {
+    ImportHits(&fits, &images);
+  }
+  // Motion that the file lacks may be estimated, and then that of the images too.
+  if (!moves_images_later_ && !frame_.guides.motion.empty()) {
+    MoveSeenGuides(&fits, &frame_, &images);  // by motion as stored
   }
   if (layout_.soft_guides && !frame_.guides.motion.empty()) {
     ForgetMixedMotion(&frame_.guides.motion);
@@ -296,9 +352,24 @@ void Importer::ImportImages() {
   if (layout_.curved_images) {
     SetCurvedImages(&fits, moves_images_later_, &frame_, &images);
   }
+  if (images.has_reflection_motion && !frame_.reflection.empty()) {
+    ImportSpecularMotion(jitter);
+  }
   if (images_ != nullptr) {
     *images_ = std::move(images);
   }
+}
+
+NoSeenGuides Importer::CheckHits(bool has_camera) {
+  ImportFocalLength();
+  ImportGuides({0, 0});
+  CameraFits fits(frame_.guides);
+  if (!has_camera && !LensOfRays(&fits)) {
+    return NoSeenGuides::kFocal;
+  }
+  const bool is_moved = has_camera || layout_.Find(Aov::kSpecularMotion) != nullptr ||
+                        layout_.Find(Aov::kMotion) == nullptr;
+  return is_moved ? NoSeenGuides::kNone : WhyUnknown(&fits);
 }
 
 NoSeenGuides Importer::CheckSeen(bool has_camera) {
@@ -390,7 +461,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
   frame_.refraction =
       VirtualGuidesOf(Aov::kRefractionDepth, Aov::kRefractionNormal, Aov::kRefractionAlbedo,
                       Aov::kRefractionMotion, Aov::kRefractionId, jitter);
-  ImportImages();
+  ImportImages(jitter);
   if (MayMixGuides()) {
     LimitHistories();
     CompleteGuides(without_depth);
@@ -430,6 +501,10 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
 
 NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool has_camera) {
   return Importer(image, layout, "").CheckSeen(has_camera);
+}
+
+NoSeenGuides CheckHitLayers(const ExrImage& image, const AovLayout& layout, bool has_camera) {
+  return Importer(image, layout, "").CheckHits(has_camera);
 }
 
 Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,

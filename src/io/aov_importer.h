@@ -22,6 +22,7 @@ struct ImportExtras {
   /// the camera.
   bool moves_images = false;
   FrameImages* images = nullptr;
+  const CameraMatrices* camera = nullptr;  ///< of the frame, if it is known
   /// What the confidence of each pixel lacks of 1 where it moves, for motion that is found later;
   /// empty if confidence does not depend on motion.
   Image1* loss_in_motion = nullptr;
@@ -43,7 +44,8 @@ class Importer {
         name_(name),
         parts_(extras.parts),
         moves_images_later_(extras.moves_images),
-        images_(extras.images) {
+        images_(extras.images),
+        camera_(extras.camera) {
     frame_.width = image.width;
     frame_.height = image.height;
   }
@@ -53,6 +55,7 @@ class Importer {
   Image1 TakeLossInMotion() { return std::move(loss_in_motion_); }
   Image2 NextMotion(const JitterPair& jitter) const;
   NoSeenGuides CheckSeen(bool has_camera);
+  NoSeenGuides CheckHits(bool has_camera);
   bool ShowsCurvedImages();
 
  private:
@@ -68,7 +71,10 @@ class Importer {
   void ImportNormal();
   void ImportId();
   void ImportAlbedo();
-  void ImportImages();
+  void ImportImages(const JitterPair& jitter);
+  void ImportHits(CameraFits* fits, FrameImages* images);
+  void ImportSpecularMotion(const JitterPair& jitter);
+  std::optional<Lens> LensOfRays(CameraFits* fits) const;
   VirtualGuides VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov motion, Aov id,
                                 const JitterPair& jitter) const;
   Plane<uint32_t> Ids(const Channel& channel) const;
@@ -91,6 +97,7 @@ class Importer {
   std::vector<LightPart>* parts_;  ///< or nullptr
   bool moves_images_later_;        ///< ImportExtras::moves_images
   FrameImages* images_;            ///< or nullptr
+  const CameraMatrices* camera_;   ///< or nullptr
   Image3 volume_;                  ///< light of volumes
   Image1 loss_in_motion_;
   Frame frame_;

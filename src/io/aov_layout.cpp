@@ -209,6 +209,7 @@ int ComponentCount(Aov aov) {
     case Aov::kAlpha:
     case Aov::kDepth:
     case Aov::kSeenDepth:
+    case Aov::kHitDistance:
     case Aov::kReflectionDepth:
     case Aov::kReflectionId:
     case Aov::kRefractionDepth:
@@ -221,6 +222,7 @@ int ComponentCount(Aov aov) {
       return 1;
     case Aov::kMotion:
     case Aov::kNextMotion:
+    case Aov::kSpecularMotion:
     case Aov::kReflectionMotion:
     case Aov::kRefractionMotion:
       return 2;
@@ -455,6 +457,10 @@ std::string ConventionOf(const AovLayout& layout, const AovSource& source) {
       return ConventionText(layout.motion);
     case Aov::kNextMotion:
       return ConventionText(layout.next_motion);
+    case Aov::kSpecularMotion:
+      return ConventionText(layout.specular_motion);
+    case Aov::kHitDistance:
+      return ConventionText(layout.hit_distance);
     case Aov::kDepth:
       return ConventionText(layout.depth);
     case Aov::kNormal:
@@ -490,6 +496,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   layout.renderer = (*preset)->name;
   layout.motion = (*preset)->motion;
   layout.next_motion = (*preset)->next_motion;
+  layout.specular_motion = (*preset)->motion;
   layout.depth = (*preset)->depth;
   layout.normal = (*preset)->normal;
   layout.light_is_divided = (*preset)->light_is_divided;
@@ -502,6 +509,7 @@ Result<AovLayout> UnderstandAovs(const ExrImage& image, const AovOptions& option
   STILLRAY_RETURN_IF_ERROR(io::DecideLight(name, &layout));
   io::DecideFallbackAlbedo(options, &layout);
   io::DecideSeenGuides(image, &layout);
+  io::DecideHits(image, &layout);
   io::DecideColour(image, options, name, &layout);
   io::DecideRest(&layout);
   std::stable_sort(layout.sources.begin(), layout.sources.end(),

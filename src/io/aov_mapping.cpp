@@ -91,6 +91,17 @@ Status ApplyDepthWord(const AovMapping& mapping, const std::string& word, DepthC
   return Status::Ok();
 }
 
+/// As depth, without the kinds that are no lengths along a ray.
+Status ApplyHitWord(const AovMapping& mapping, const std::string& word, DepthConvention* c) {
+  const bool no_length = word == "ray" || word == "projected" || word == "reversed";
+  if (no_length || !ApplyDepthWord(mapping, word, c).ok()) {
+    return UnknownWord(mapping, word,
+                       "linear, inverse, normalised, near=, far=, focal= (pixels), background= or "
+                       "channels=Z");
+  }
+  return Status::Ok();
+}
+
 /// "x-zy" as {1, -3, 2}. Every axis once.
 bool ParseAxes(std::string_view text, std::array<int, 3>* axes) {
   std::array<int, 3> parsed = {0, 0, 0};
@@ -125,14 +136,14 @@ Status ApplyNormalWord(const AovMapping& mapping, const std::string& word, Norma
   return Status::Ok();
 }
 
-Status CheckDepth(const DepthConvention& c) {
+Status CheckDepth(Aov aov, const DepthConvention& c) {
   if (c.kind == DepthKind::kRay && !(c.focal > 0)) {
     return Status::InvalidArgument("--aov depth: ray needs focal=PIXELS");
   }
   if (c.kind == DepthKind::kNormalised && (!(c.far > c.near) || std::isinf(c.far))) {
-    return Status::InvalidArgument(fmt::format(
-        "--aov depth: normalised needs near= and far= with near < far; they are {} and {}", c.near,
-        c.far));
+    return Status::InvalidArgument(
+        fmt::format("--aov {}: normalised needs near= and far= with near < far; they are {} and {}",
+                    AovName(aov), c.near, c.far));
   }
   const bool projected = c.kind == DepthKind::kProjected || c.kind == DepthKind::kReversed;
   if (projected && !(c.near > 0 && c.far > c.near)) {
@@ -199,6 +210,12 @@ Status ApplyWords(const AovMapping& mapping, AovLayout* layout) {
       case Aov::kDepth:
         STILLRAY_RETURN_IF_ERROR(ApplyDepthWord(mapping, word, &layout->depth));
         break;
+      case Aov::kSpecularMotion:
+        STILLRAY_RETURN_IF_ERROR(ApplyMotionWord(mapping, word, &layout->specular_motion));
+        break;
+      case Aov::kHitDistance:
+        STILLRAY_RETURN_IF_ERROR(ApplyHitWord(mapping, word, &layout->hit_distance));
+        break;
       case Aov::kNormal:
         STILLRAY_RETURN_IF_ERROR(ApplyNormalWord(mapping, word, &layout->normal));
         break;
@@ -213,7 +230,10 @@ Status ApplyWords(const AovMapping& mapping, AovLayout* layout) {
         fmt::format("--aov next_motion: its direction is {}, expected to_next or from_next",
                     next == MotionDirection::kToPrevious ? "to_previous" : "from_previous"));
   }
-  return mapping.aov == Aov::kDepth ? CheckDepth(layout->depth) : Status::Ok();
+  if (mapping.aov == Aov::kHitDistance) {
+    return CheckDepth(mapping.aov, layout->hit_distance);
+  }
+  return mapping.aov == Aov::kDepth ? CheckDepth(mapping.aov, layout->depth) : Status::Ok();
 }
 
 }  // namespace io
@@ -235,6 +255,8 @@ const char* AovName(Aov aov) {
                                              "seen_depth",
                                              "seen_normal",
                                              "seen_albedo",
+                                             "hit_distance",
+                                             "specular_motion",
                                              "reflection_depth",
                                              "reflection_normal",
                                              "reflection_albedo",

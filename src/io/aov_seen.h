@@ -17,11 +17,18 @@ namespace stillray::io {
 /// \param has_camera  whether the camera's motion is known by its matrices
 NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool has_camera);
 
-/// Decides whether the layers are used, and drops them if not. They need everything that they are
-/// compared with, and light of their own. Adds a note if the file has all of them.
+/// Likewise of hit distances, which need kDepth.
+NoSeenGuides CheckHitLayers(const ExrImage& image, const AovLayout& layout, bool has_camera);
+
+/// Decides whether the layers of what is seen are used, and drops them if not. They need everything
+/// that they are compared with, and light of their own. Adds a note if the file has all of them.
 void DecideSeenGuides(const ExrImage& image, AovLayout* layout);
 
-/// Replaces that note for a sequence whose cameras are known.
+/// The same of hit distances and of the motion of reflections. Those that are given and are not
+/// used are dropped with a note that says why.
+void DecideHits(const ExrImage& image, AovLayout* layout);
+
+/// Replaces these notes for a sequence whose cameras are known.
 /// \param image  the first file
 void NoteSeenGuidesOfKnownCamera(const ExrImage& image, AovLayout* layout);
 

@@ -452,17 +452,6 @@ mat3 FitNormalMap(const Image3& normal, const Image3& mapped) {
   return MapOf(pairs);
 }
 
-vec2 PicturePoint(int width, int height, float x, float y) {
-  const float scale = 2.0f / static_cast<float>(width);
-  return {(x - 0.5f * static_cast<float>(width)) * scale,
-          (y - 0.5f * static_cast<float>(height)) * scale};
-}
-
-vec2 PixelPoint(const Image1& plane, int x, int y) {
-  return PicturePoint(plane.width(), plane.height(), static_cast<float>(x) + 0.5f,
-                      static_cast<float>(y) + 0.5f);
-}
-
 double Lens::Cosine(vec2 p) const {
   const glm::dvec2 offset = glm::dvec2(p) - centre;
   return 1 / std::sqrt(1 + k * glm::dot(offset, offset));
@@ -517,12 +506,6 @@ std::optional<View> FitView(const Image1& depth, const Image3& normal) {
   }
   view.to_camera = MapOf(turned);
   return view;
-}
-
-vec2 CameraMotion::MotionOf(vec2 p, double z, int width) const {
-  const glm::dvec3 moved = Moved(map, p, depth_unit / z);
-  const glm::dvec2 before = glm::dvec2(moved) / moved.z;
-  return vec2((before - glm::dvec2(p)) * (0.5 * width));
 }
 
 std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion) {

@@ -8,6 +8,7 @@
 
 #include <optional>
 
+#include "core/cameras.h"
 #include "stillray/frame.h"
 #include "stillray/vec.h"
 
@@ -17,11 +18,6 @@ namespace stillray::io {
 /// the normals do not span.
 /// \param normal  zero where there is no surface
 mat3 FitNormalMap(const Image3& normal, const Image3& mapped);
-
-/// Positions in the picture relative to its centre, 1 at its left and right side.
-vec2 PicturePoint(int width, int height, float x, float y);
-/// That of the centre of a pixel.
-vec2 PixelPoint(const Image1& plane, int x, int y);
 
 /// Distances along rays as a function of view-space z: (z - start) / cosine, where the cosine
 /// belongs to the angle between ray and viewing axis, 1 / sqrt(1 + k |p - centre|^2).
@@ -54,22 +50,6 @@ struct View {
 /// \return nothing if less than half of the angles agree, as with normals of something else, or if
 ///     all surfaces are parallel
 std::optional<View> FitView(const Image1& depth, const Image3& normal);
-
-/// Where static points were in the previous picture, as a function of their place and depth:
-/// (x, y, w) = map (p, 1, depth_unit / z), place (x, y) / w. This holds for all perspective cameras
-/// that move, turn and zoom, and for parallel ones that do not turn (homography of the plane at
-/// infinity, and epipole; Hartley and Zisserman, Multiple View Geometry, section 13).
-struct CameraMotion {
-  glm::dmat4x3 map;  ///< columns belong to x, y, 1 and depth_unit / z
-  double depth_unit = 1;
-  /// The points that were fitted move and lie in one plane: motion at other depths is arbitrary.
-  bool of_one_plane = false;
-
-  /// \param p  see PicturePoint
-  /// \param z  > 0, may be infinite
-  /// \return pixels from the point's place now to its place in the previous frame
-  vec2 MotionOf(vec2 p, double z, int width) const;
-};
 
 /// \param motion  pixels, as Guides::motion
 /// \return nothing if fewer than a third of the surfaces move within a tenth of a pixel like this.

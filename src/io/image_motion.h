@@ -29,6 +29,7 @@ enum class NoSeenGuides : uint8_t {
   kMotion,    ///< the motion is not that of a camera before a mostly static scene
   kOnePlane,  ///< all that stands still lies in one plane, so that motion at other depths is
               ///< unknown
+  kFocal,     ///< the angle of view is unknown, by which hit distances become depths
 };
 
 /// What the motion of a frame's images depends on, beside the frame.
@@ -36,6 +37,7 @@ struct FrameImages {
   Plane<uint8_t> reflection;  ///< ImageKind of each pixel of Frame::reflection; empty: unknown
   Plane<uint8_t> refraction;  ///< likewise of Frame::refraction
   Lens lens;                  ///< of the depths of kReflected
+  bool has_reflection_motion = false;          ///< the file gives that of Frame::reflection
   NoSeenGuides missing = NoSeenGuides::kNone;  ///< why images or their motion are missing
 };
 

@@ -132,7 +132,8 @@ int32_t CommonSource(const Seen& seen, const Patches& patches, const Plane<int32
 
 }  // namespace
 
-std::vector<PatchKind> CurvedKinds(const Frame& frame, const Patches& patches, Seen* seen) {
+std::vector<PatchKind> CurvedKinds(const Frame& frame, const Patches& patches, SeenLobes lobes,
+                                   Seen* seen) {
   const Guides& g = frame.guides;
   std::vector<CurvedCounts> counts(patches.count());
   ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, CurvedCounts& c) {
@@ -143,9 +144,12 @@ std::vector<PatchKind> CurvedKinds(const Frame& frame, const Patches& patches, S
   std::vector<PatchKind> kinds;
   kinds.reserve(counts.size());
   for (const CurvedCounts& c : counts) {
-    kinds.push_back({c.pixels >= kFewestPixels, c.refracted > c.reflected});
+    kinds.push_back(
+        {c.pixels >= kFewestPixels, lobes == SeenLobes::kEither && c.refracted > c.reflected});
   }
-  DropOtherLobes(frame, patches, kinds, seen);
+  if (lobes == SeenLobes::kEither) {
+    DropOtherLobes(frame, patches, kinds, seen);
+  }
   ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, CurvedCounts& c) {
     if (c.pixels >= kFewestPixels && seen->depth(x, y) > 0) {
       constexpr int kMost = 3;

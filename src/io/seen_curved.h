@@ -18,8 +18,9 @@ namespace stillray::io {
 /// pixels, and there in three of four directions, the third difference of the seen depth is small
 /// relative to the depth or to the second difference. On rough metal, whose layers are those of
 /// random directions, it is not, for any number of samples.
-/// \param seen  clears what pixels of another lobe see (DropOtherLobes)
-std::vector<PatchKind> CurvedKinds(const Frame& frame, const Patches& patches, Seen* seen);
+/// \param seen  clears what pixels of another lobe see (DropOtherLobes), if they may see either
+std::vector<PatchKind> CurvedKinds(const Frame& frame, const Patches& patches, SeenLobes lobes,
+                                   Seen* seen);
 
 /// Index of the pixel whose guides a pixel takes, y * width + x; negative where it takes none.
 /// Pixels of a mirror take their own unless no neighbour sees the same. Pixels of glass, whose

@@ -23,8 +23,6 @@ namespace {
 /// Relative difference of depth between a surface and what is seen in it. At the foot of a mirror
 /// both agree, and so do their guides.
 constexpr float kOtherDepth = 0.01f;
-/// Albedos below are those of the mirror's edge, or noise.
-constexpr float kLeastAlbedo = 0.02f;
 
 void SetVector(vec3 value, int x, int y, Image3* image) {
   for (int c = 0; c < 3; ++c) {
@@ -62,19 +60,6 @@ Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, 
   return seen;
 }
 
-/// The albedo of what is seen, without the throughput of the path. That of a lamp contains what it
-/// emits; above 1 it is as much as the pixel's light confirms.
-vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x, int y) {
-  vec3 seen = VectorAt(albedo, x, y);
-  for (int c = 0; c < 3; ++c) {
-    const float colour = mirror.empty() ? 1.0f : std::max(mirror[c](x, y), kLeastAlbedo);
-    const float value = seen[c] / colour;
-    const float most = std::max(light[c] / colour, 1.0f);
-    seen[c] = std::isfinite(value) ? std::clamp(value, kLeastAlbedo, most) : 1.0f;
-  }
-  return seen;
-}
-
 void MakePlanes(int width, int height, VirtualGuides* guides, Plane<uint8_t>* kinds) {
   guides->depth = Image1(width, height);
   guides->normal = Image3(width, height);
@@ -101,13 +86,11 @@ bool HasSurface(const Image1& depth) {
   return false;
 }
 
-bool HasImage(const FrameImages& images) {
-  for (const Plane<uint8_t>* kinds : {&images.reflection, &images.refraction}) {
-    for (int y = 0; y < kinds->height(); ++y) {
-      const uint8_t* row = kinds->Row(y);
-      if (std::any_of(row, row + kinds->width(), [](uint8_t kind) { return kind != 0; })) {
-        return true;
-      }
+bool HasImage(const Plane<uint8_t>& kinds) {
+  for (int y = 0; y < kinds.height(); ++y) {
+    const uint8_t* row = kinds.Row(y);
+    if (std::any_of(row, row + kinds.width(), [](uint8_t kind) { return kind != 0; })) {
+      return true;
     }
   }
   return false;
@@ -147,23 +130,12 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
     return NoSeenGuides::kLens;
   }
   fit->lens = *lens;
-  constexpr float kLeastVolume = 0.5f;  // 1 for all changes of axes
-  mat3 to_camera = FitNormalMap(OwnNormals(layers, *lens, g), layers.normal);
-  if (!(std::abs(glm::determinant(to_camera)) > kLeastVolume)) {
-    to_camera = Completed(to_camera);
-  }
-  if (!(std::abs(glm::determinant(to_camera)) > kLeastVolume)) {
+  const std::optional<mat3> to_world = FitToWorld(OwnNormals(layers, *lens, g), layers.normal);
+  if (!to_world) {
     return NoSeenGuides::kNormal;
   }
-  fit->to_world = glm::inverse(to_camera);
+  fit->to_world = *to_world;
   return NoSeenGuides::kNone;
-}
-
-/// The normal of a lamp is negated: no filter takes it and what is beside it for one surface, and
-/// its radiance, by which the light is divided, multiplies no other light.
-vec3 SeenNormal(vec3 normal, vec3 albedo) {
-  constexpr float kLamp = 3;
-  return std::max({albedo.x, albedo.y, albedo.z}) > kLamp ? -normal : normal;
 }
 
 /// Guides of what pixels see.
@@ -177,13 +149,7 @@ class Images {
     if (refracted) {
       return SeenAlbedoAt(layers_.albedo, g.transmission_albedo, vec3(0.0f), x, y);
     }
-    vec3 light(0.0f);
-    for (const Signal& signal : frame_.signals) {
-      const bool reflected = signal.kind == SignalKind::kDirectSpecular ||
-                             signal.kind == SignalKind::kIndirectSpecular;
-      light += reflected && !signal.radiance.empty() ? VectorAt(signal.radiance, x, y) : vec3(0.0f);
-    }
-    return SeenAlbedoAt(layers_.albedo, g.specular_albedo, light, x, y);
+    return SeenAlbedoAt(layers_.albedo, g.specular_albedo, ReflectedLightAt(frame_, x, y), x, y);
   }
 
   /// Depth and normal are those that pixel `from` sees.
@@ -208,7 +174,7 @@ Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, Seen* seen, Frame* fr
                                  FrameImages* set) {
   const Guides& g = frame->guides;
   const Patches patches(g, seen->depth, OnSamePlane);
-  const std::vector<PatchKind> kinds = PlanarKinds(*seen, patches, g);
+  const std::vector<PatchKind> kinds = PlanarKinds(*seen, patches, g, SeenLobes::kEither);
   const Plane<uint8_t> dropped = DropOtherLobes(*frame, patches, kinds, seen);
   Plane<uint8_t> taken(frame->width, frame->height);
   Images images(layers, *seen, frame, set);
@@ -252,7 +218,7 @@ void SetImagesOfCurves(const SeenLayers& layers, const Plane<uint8_t>& taken, Se
     seen.depth(x, y) = taken(x, y) != 0 ? 0.0f : seen.depth(x, y);
   });
   const Patches patches(g, seen.depth, OnSameCurve);
-  const std::vector<PatchKind> kinds = CurvedKinds(*frame, patches, &seen);
+  const std::vector<PatchKind> kinds = CurvedKinds(*frame, patches, SeenLobes::kEither, &seen);
   if (std::none_of(kinds.begin(), kinds.end(), [](PatchKind kind) { return kind.shows_image; })) {
     return;
   }
@@ -274,6 +240,17 @@ void SetImagesOfCurves(const SeenLayers& layers, const Plane<uint8_t>& taken, Se
 }
 
 }  // namespace
+
+std::optional<mat3> FitToWorld(const Image3& own, const Image3& seen) {
+  constexpr float kLeastVolume = 0.5f;  // 1 for all changes of axes
+  mat3 to_camera = FitNormalMap(own, seen);
+  if (!(std::abs(glm::determinant(to_camera)) > kLeastVolume)) {
+    to_camera = Completed(to_camera);
+  }
+  return std::abs(glm::determinant(to_camera)) > kLeastVolume
+             ? std::optional<mat3>(glm::inverse(to_camera))
+             : std::nullopt;
+}
 
 NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool has_camera) {
   SeenFit fit;
@@ -303,17 +280,26 @@ void SetSeenGuides(const SeenLayers& layers, Frame* frame, FrameImages* images) 
 }
 
 void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images) {
-  if (images->missing != NoSeenGuides::kNone || !HasImage(*images)) {
+  const bool moves_reflection = !images->has_reflection_motion && HasImage(images->reflection);
+  const bool moves_refraction = HasImage(images->refraction);
+  if (images->missing != NoSeenGuides::kNone || (!moves_reflection && !moves_refraction)) {
     return;
   }
   images->missing = WhyUnknown(fits);
   if (images->missing != NoSeenGuides::kNone) {
-    MakeImages(frame, images);
+    if (moves_reflection) {
+      MakePlanes(frame->width, frame->height, &frame->reflection, &images->reflection);
+    }
+    if (moves_refraction) {
+      MakePlanes(frame->width, frame->height, &frame->refraction, &images->refraction);
+    }
     return;
   }
   const Guides& g = frame->guides;
-  SetImageMotion(images->reflection, images->lens, *fits->Motion(), fits, g, &frame->reflection);
-  if (!images->refraction.empty()) {
+  if (moves_reflection) {
+    SetImageMotion(images->reflection, images->lens, *fits->Motion(), fits, g, &frame->reflection);
+  }
+  if (moves_refraction) {
     SetImageMotion(images->refraction, images->lens, *fits->Motion(), fits, g, &frame->refraction);
   }
 }

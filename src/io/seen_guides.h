@@ -5,9 +5,12 @@
 /// Cycles' Denoising Data.
 #pragma once
 
+#include <optional>
+
 #include "io/camera_fit.h"
 #include "io/image_motion.h"
 #include "stillray/frame.h"
+#include "stillray/vec.h"
 
 namespace stillray::io {
 
@@ -33,6 +36,12 @@ void SetSeenGuides(const SeenLayers& seen, Frame* frame, FrameImages* images);
 /// shows them. If the camera's motion is unknown, the frame has no images, and `missing` says why.
 /// \param fits  to the frame's guides
 void MoveSeenGuides(CameraFits* fits, Frame* frame, FrameImages* images);
+
+/// The map from the axes of normals of what is seen to those of the frame.
+/// \param own   the frame's normals where nothing else is seen; zero elsewhere
+/// \param seen  as stored
+/// \return nothing if most of both differ by more than their axes, or all are parallel
+std::optional<mat3> FitToWorld(const Image3& own, const Image3& seen);
 
 /// Why SetSeenGuides and MoveSeenGuides would set nothing.
 /// \param seen          depth and normal

@@ -82,19 +82,16 @@ ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
 
 struct PatchCounts {
   int pixels = 0;
-  int planar = 0;
   int coherent = 0;
-  glm::dvec3 normal{0.0};  ///< sum
   double reflected = 0;
   double refracted = 0;
 };
 
-PatchKind KindOf(const PatchCounts& c) {
-  const auto pixels = static_cast<float>(c.pixels);
-  const bool planar = static_cast<float>(c.planar) >= kLeastPlanar * pixels;
-  const bool coherent = static_cast<float>(c.coherent) >= kLeastCoherent * pixels;
-  return {c.pixels >= kLeastPixels && planar && coherent, c.refracted > c.reflected};
-}
+struct PlaneCounts {
+  int pixels = 0;
+  int planar = 0;
+  glm::dvec3 normal{0.0};  ///< sum
+};
 
 }  // namespace
 
@@ -116,25 +113,45 @@ ivec2 PlanarSource(const Seen& seen, const Patches& patches, bool other_lobe, in
   return unknown ? ivec2(-1, -1) : source;
 }
 
-std::vector<PatchKind> PlanarKinds(const Seen& seen, const Patches& patches, const Guides& g) {
+std::vector<uint8_t> ArePlanar(const Patches& patches, const Guides& g) {
+  std::vector<PlaneCounts> counts(patches.count());
+  ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PlaneCounts& c) {
+    ++c.pixels;
+    c.normal += glm::dvec3(VectorAt(g.normal, x, y));
+  });
+  ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PlaneCounts& c) {
+    const glm::dvec3 normal(VectorAt(g.normal, x, y));
+    c.planar +=
+        glm::dot(normal, c.normal) > static_cast<double>(kFlatCosine) * glm::length(c.normal);
+  });
+  std::vector<uint8_t> planar;
+  planar.reserve(counts.size());
+  for (const PlaneCounts& c : counts) {
+    const bool most = static_cast<float>(c.planar) >= kLeastPlanar * static_cast<float>(c.pixels);
+    planar.push_back(c.pixels >= kLeastPixels && most ? 1 : 0);
+  }
+  return planar;
+}
+
+std::vector<PatchKind> PlanarKinds(const Seen& seen, const Patches& patches, const Guides& g,
+                                   SeenLobes lobes) {
   std::vector<PatchCounts> counts(patches.count());
   ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PatchCounts& c) {
     const Support support = SupportOf(seen, patches, x, y);
     ++c.pixels;
     c.coherent += support.neighbours > 0 && 2 * support.same >= support.neighbours;
-    c.normal += glm::dvec3(VectorAt(g.normal, x, y));
     c.reflected += static_cast<double>(SumAt(g.specular_albedo, x, y));
     c.refracted += static_cast<double>(SumAt(g.transmission_albedo, x, y));
   });
-  ForEachPatchPixel(patches, g.depth, &counts, [&](int x, int y, PatchCounts& c) {
-    const glm::dvec3 normal(VectorAt(g.normal, x, y));
-    c.planar +=
-        glm::dot(normal, c.normal) > static_cast<double>(kFlatCosine) * glm::length(c.normal);
-  });
+  const std::vector<uint8_t> planar = ArePlanar(patches, g);
   std::vector<PatchKind> kinds;
   kinds.reserve(counts.size());
-  for (const PatchCounts& c : counts) {
-    kinds.push_back(KindOf(c));
+  for (size_t i = 0; i < counts.size(); ++i) {
+    const PatchCounts& c = counts[i];
+    const bool coherent =
+        static_cast<float>(c.coherent) >= kLeastCoherent * static_cast<float>(c.pixels);
+    kinds.push_back(
+        {planar[i] != 0 && coherent, lobes == SeenLobes::kEither && c.refracted > c.reflected});
   }
   return kinds;
 }

@@ -18,7 +18,36 @@ float LightAt(const Frame& frame, SignalKind direct, SignalKind indirect, int x,
   return sum;
 }
 
+/// Albedos below are those of the mirror's edge, or noise.
+constexpr float kLeastAlbedo = 0.02f;
+
 }  // namespace
+
+vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x, int y) {
+  vec3 seen = VectorAt(albedo, x, y);
+  for (int c = 0; c < 3; ++c) {
+    const float colour = mirror.empty() ? 1.0f : std::max(mirror[c](x, y), kLeastAlbedo);
+    const float value = seen[c] / colour;
+    const float most = std::max(light[c] / colour, 1.0f);
+    seen[c] = std::isfinite(value) ? std::clamp(value, kLeastAlbedo, most) : 1.0f;
+  }
+  return seen;
+}
+
+vec3 SeenNormal(vec3 normal, vec3 albedo) {
+  constexpr float kLamp = 3;
+  return std::max({albedo.x, albedo.y, albedo.z}) > kLamp ? -normal : normal;
+}
+
+vec3 ReflectedLightAt(const Frame& frame, int x, int y) {
+  vec3 light(0.0f);
+  for (const Signal& signal : frame.signals) {
+    const bool reflected =
+        signal.kind == SignalKind::kDirectSpecular || signal.kind == SignalKind::kIndirectSpecular;
+    light += reflected && !signal.radiance.empty() ? VectorAt(signal.radiance, x, y) : vec3(0.0f);
+  }
+  return light;
+}
 
 bool SeesSame(const Seen& seen, int x, int y, int u, int v) {
   constexpr float kDepth = 0.03f;

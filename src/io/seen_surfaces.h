@@ -47,6 +47,18 @@ using SameSurface = bool (*)(const Guides& guides, int x, int y, int u, int v);
 bool OnSamePlane(const Guides& guides, int x, int y, int u, int v);
 bool OnSameCurve(const Guides& guides, int x, int y, int u, int v);
 
+/// The albedo of what is seen, without the throughput of the path. That of a lamp contains what it
+/// emits; above 1 it is as much as the pixel's light confirms.
+/// \param mirror  albedo of the surface that shows it; may be empty
+vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x, int y);
+
+/// The normal of a lamp is negated: no filter takes it and what is beside it for one surface, and
+/// its radiance, by which the light is divided, multiplies no other light.
+vec3 SeenNormal(vec3 normal, vec3 albedo);
+
+/// The specular light of a pixel.
+vec3 ReflectedLightAt(const Frame& frame, int x, int y);
+
 /// Surfaces in which something else is seen.
 class Patches {
  public:
@@ -93,6 +105,12 @@ struct Support {
   int same = 0;   ///< ... what the pixel sees
 };
 Support SupportOf(const Seen& seen, const Patches& patches, int x, int y);
+
+/// Which images a layer describes.
+enum class SeenLobes : uint8_t {
+  kEither,     ///< reflected or refracted, whichever is brighter by the albedos
+  kReflected,  ///< reflected, also in glass
+};
 
 /// What a patch is.
 struct PatchKind {

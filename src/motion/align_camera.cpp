@@ -138,14 +138,14 @@ std::array<Unknowns, 2> PlaceByMap(const glm::dvec4& from, const glm::dvec3& mov
   return by_map;
 }
 
-glm::dvec4 From(const io::CameraMotion& camera, int width, int height, int x, int y, float depth) {
+glm::dvec4 From(const CameraMotion& camera, int width, int height, int x, int y, float depth) {
   const vec2 p =
-      io::PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+      PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
   return {glm::dvec2(p), 1.0, camera.depth_unit / static_cast<double>(depth)};
 }
 
 Residual ResidualOf(const GuideLevel& now, const GuideLevel& before, const Sample& at, float depth,
-                    const io::CameraMotion& camera) {
+                    const CameraMotion& camera) {
   Residual residual;
   const int width = now.width();
   const int height = now.height();
@@ -175,8 +175,8 @@ Residual ResidualOf(const GuideLevel& now, const GuideLevel& before, const Sampl
   return residual;
 }
 
-io::CameraMotion Moved(const io::CameraMotion& camera, const Unknowns& step) {
-  io::CameraMotion moved = camera;
+CameraMotion Moved(const CameraMotion& camera, const Unknowns& step) {
+  CameraMotion moved = camera;
   for (int i = 0; i < 4; ++i) {
     moved.map[i].x -= step[static_cast<size_t>(i)];
     moved.map[i].y -= step[static_cast<size_t>(4 + i)];
@@ -196,7 +196,7 @@ class Alignment {
   bool HasStructure() const { return static_cast<int64_t>(samples_.size()) >= kFewestPixels; }
 
   /// The median of the squared differences.
-  float MedianSquare(const io::CameraMotion& camera) const {
+  float MedianSquare(const CameraMotion& camera) const {
     std::vector<float> squares(samples_.size(), -1.0f);
     ForEachSample([&](size_t i) {
       const Residual residual = At(i, camera);
@@ -212,7 +212,7 @@ class Alignment {
   }
 
   /// The step of the unknowns that reduces the differences most.
-  Unknowns Step(const io::CameraMotion& camera, float outlier2) const {
+  Unknowns Step(const CameraMotion& camera, float outlier2) const {
     // Sums of parts of the pixels, so that the bits do not depend on threads.
     std::vector<NormalEquations<11>> parts((samples_.size() + kPart - 1) / kPart);
     ParallelRows(static_cast<int>(parts.size()), 1, [&](int p0, int p1) {
@@ -231,12 +231,12 @@ class Alignment {
   }
 
   /// The longest way of a pixel from one motion to the other, in pixels.
-  double Difference(const io::CameraMotion& a, const io::CameraMotion& b) const {
+  double Difference(const CameraMotion& a, const CameraMotion& b) const {
     double most = 0;
     for (size_t i = 0; i < samples_.size(); i += samples_.size() / 64 + 1) {
       const Sample& at = samples_[i];
-      const vec2 p = io::PicturePoint(now_.width(), now_.height(), static_cast<float>(at.x) + 0.5f,
-                                      static_cast<float>(at.y) + 0.5f);
+      const vec2 p = PicturePoint(now_.width(), now_.height(), static_cast<float>(at.x) + 0.5f,
+                                  static_cast<float>(at.y) + 0.5f);
       const double z = static_cast<double>(depth_(at.x, at.y));
       const vec2 way = a.MotionOf(p, z, now_.width()) - b.MotionOf(p, z, now_.width());
       most = std::max(most, static_cast<double>(glm::length(way)));
@@ -247,7 +247,7 @@ class Alignment {
  private:
   static constexpr size_t kPart = 512;
 
-  Residual At(size_t i, const io::CameraMotion& camera) const {
+  Residual At(size_t i, const CameraMotion& camera) const {
     return ResidualOf(now_, before_, samples_[i], depth_(samples_[i].x, samples_[i].y), camera);
   }
 
@@ -279,16 +279,16 @@ class Alignment {
 
 }  // namespace
 
-io::CameraMotion AlignCamera(const GuideLevel& now, const GuideLevel& before, const Image1& depth,
-                             const io::CameraMotion& start) {
+CameraMotion AlignCamera(const GuideLevel& now, const GuideLevel& before, const Image1& depth,
+                         const CameraMotion& start) {
   const Alignment alignment(now, before, depth);
   if (!alignment.HasStructure()) {
     return start;
   }
-  io::CameraMotion camera = start;
+  CameraMotion camera = start;
   for (int i = 0; i < kIterations; ++i) {
     const float outlier2 = std::max(kOutlier2 * alignment.MedianSquare(camera), kLeastOutlier2);
-    const io::CameraMotion next = Moved(camera, alignment.Step(camera, outlier2));
+    const CameraMotion next = Moved(camera, alignment.Step(camera, outlier2));
     const double difference = alignment.Difference(camera, next);
     if (!std::isfinite(difference)) {
       return start;

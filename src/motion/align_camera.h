@@ -22,7 +22,7 @@ namespace stillray::motion {
 /// \param depth   of this frame
 /// \param start   right within about a pixel
 /// \return `start` if the guides have too little structure
-io::CameraMotion AlignCamera(const GuideLevel& now, const GuideLevel& before, const Image1& depth,
-                             const io::CameraMotion& start);
+CameraMotion AlignCamera(const GuideLevel& now, const GuideLevel& before, const Image1& depth,
+                         const CameraMotion& start);
 
 }  // namespace stillray::motion

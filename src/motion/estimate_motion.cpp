@@ -72,8 +72,8 @@ class Estimate {
   void Match();
   void FindCamera();
   double CostOf(const Image2& motion) const;
-  bool Adopt(const io::CameraMotion& camera, double* least);
-  void Use(const io::CameraMotion& camera);
+  bool Adopt(const CameraMotion& camera, double* least);
+  void Use(const CameraMotion& camera);
   void RefineCamera();
   void Choose();
   void Guess(int x, int y, bool nearer);
@@ -89,7 +89,7 @@ class Estimate {
   Image2 base_;    ///< of the camera; zero if it is unknown
   bool has_base_;  ///< whether still surfaces move so
   bool found_camera_ = false;
-  io::CameraMotion camera_;  ///< if it was found
+  CameraMotion camera_;  ///< if it was found
   Image1 base_distances_;
   Matched matched_;
   Image1 agreement_;
@@ -192,7 +192,7 @@ void Estimate::FindCamera() {
     const Matched forth = MatchPyramids(now_, before_, Image2(), level);
     const Image1 agreement =
         AgreementOf(forth.motion, MatchPyramids(before_, now_, Image2(), level).motion);
-    const std::optional<io::CameraMotion> camera =
+    const std::optional<CameraMotion> camera =
         io::FitCameraMotion(Thinned(g_.depth, 1 << level), Certain(forth, agreement));
     if (camera && Adopt(*camera, &least)) {
       has_base_ = found_camera_ = true;
@@ -215,7 +215,7 @@ double Estimate::CostOf(const Image2& motion) const {
 }
 
 /// Uses a motion of the camera if guides differ less under it.
-bool Estimate::Adopt(const io::CameraMotion& camera, double* least) {
+bool Estimate::Adopt(const CameraMotion& camera, double* least) {
   const double cost = CostOf(MotionOf(camera, g_.depth));
   if (!(cost < *least)) {
     return false;
@@ -225,7 +225,7 @@ bool Estimate::Adopt(const io::CameraMotion& camera, double* least) {
   return true;
 }
 
-void Estimate::Use(const io::CameraMotion& camera) {
+void Estimate::Use(const CameraMotion& camera) {
   camera_ = camera;
   base_ = MotionOf(camera, g_.depth);
   base_distances_ = DistancesOf(base_);
@@ -236,7 +236,7 @@ void Estimate::RefineCamera() {
   double least = CostOf(base_);
   for (const int thinning : {1, 2}) {
     const Image2 certain = Certain(matched_, agreement_);
-    const std::optional<io::CameraMotion> camera =
+    const std::optional<CameraMotion> camera =
         io::FitCameraMotion(Thinned(g_.depth, thinning), Thinned(certain, thinning));
     if (camera) {
       Adopt(*camera, &least);

@@ -4,13 +4,13 @@
 
 namespace stillray::motion {
 
-Image2 MotionOf(const io::CameraMotion& camera, const Image1& depth) {
+Image2 MotionOf(const CameraMotion& camera, const Image1& depth) {
   const int width = depth.width();
   const int height = depth.height();
   Image2 result(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
     const vec2 p =
-        io::PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
+        PicturePoint(width, height, static_cast<float>(x) + 0.5f, static_cast<float>(y) + 0.5f);
     const vec2 motion = camera.MotionOf(p, static_cast<double>(depth(x, y)), width);
     const bool valid = std::isfinite(motion.x + motion.y);
     Set(valid ? motion : UnknownMotion(width, height), x, y, &result);

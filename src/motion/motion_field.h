@@ -43,7 +43,7 @@ inline void Set(vec2 value, int x, int y, Image2* motion) {
 
 /// The motion that the camera gives each pixel of a frame with this depth; UnknownMotion where it
 /// has none.
-Image2 MotionOf(const io::CameraMotion& camera, const Image1& depth);
+Image2 MotionOf(const CameraMotion& camera, const Image1& depth);
 
 /// Every n-th pixel of a plane, and of motion in pixels of the smaller picture.
 Image1 Thinned(const Image1& plane, int n);

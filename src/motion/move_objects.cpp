@@ -130,7 +130,7 @@ void Objects::MoveObject(uint32_t id, const Box& box) {
     }
   };
   for (const int thinning : {1, 2, 4}) {
-    const std::optional<io::CameraMotion> fit =
+    const std::optional<CameraMotion> fit =
         io::FitCameraMotion(Thinned(cutout.depth, thinning), Thinned(cutout.motion, thinning));
     if (fit) {
       consider(MotionOf(*fit, cutout.depth));

@@ -8,9 +8,9 @@
 
 #include <fmt/format.h>
 
+#include "core/cameras.h"
 #include "denoise/shot_cuts.h"
 #include "io/aov_importer.h"
-#include "io/known_camera.h"
 #include "sequence/memory.h"
 
 namespace stillray {
@@ -69,12 +69,13 @@ Result<SequenceFrame> LoadFrame(const SequenceFile& file, const SequenceView& vi
   Result<std::optional<CameraMatrices>> camera = CameraOfFrame(view.motion, file, loaded->image);
   STILLRAY_RETURN_IF_ERROR(camera.status());
   result.camera = *camera;
-  result.moves_images = result.camera && io::HasPerspective(*result.camera, loaded->image.width,
-                                                            loaded->image.height);
+  result.moves_images =
+      result.camera && HasPerspective(*result.camera, loaded->image.width, loaded->image.height);
   io::ImportExtras extras;
   extras.parts = to_write && options.passes ? &result.parts : nullptr;
   extras.moves_images = result.moves_images;
   extras.images = &result.images;
+  extras.camera = result.camera ? &*result.camera : nullptr;
   extras.loss_in_motion = &result.loss_in_motion;
   Result<Frame> frame = io::ImportFrameWith(loaded->image, layout, {0, 0}, file.input, extras);
   if (!frame.ok()) {
@@ -132,6 +133,9 @@ Link LinkToPrevious(const SequenceFrame& before, const SequenceView& view, Seque
   const MotionKind kind = now->origin.kind;
   if (now->moves_images || kind == MotionKind::kCamera || kind == MotionKind::kEstimate) {
     MoveImages(view.layout, before.camera, now->camera, &now->images, &now->frame);
+  }
+  if (view.layout.Find(Aov::kSpecularMotion) != nullptr && !now->frame.reflection.empty()) {
+    AddNeighbourJitter(view.layout.specular_motion, before.frame, &now->frame.reflection.motion);
   }
   if (now->frame.guides.motion.empty()) {
     return Link::kCut;

@@ -10,11 +10,11 @@
 
 #include <fmt/format.h>
 
+#include "core/cameras.h"
 #include "core/guides.h"
 #include "core/parallel.h"
 #include "core/pixels.h"
 #include "io/camera_fit.h"
-#include "io/known_camera.h"
 #include "io/light_confidence.h"
 #include "motion/estimate_motion.h"
 
@@ -268,18 +268,17 @@ Plane<uint8_t> KindsOf(const Guides& guides, const VirtualGuides& images) {
 
 /// The motion of the camera by both frames' matrices, or that which the motion of surfaces reveals.
 /// \param missing  [out] why it is unknown
-std::optional<io::CameraMotion> CameraMotionOf(const std::optional<CameraMatrices>& before,
-                                               const std::optional<CameraMatrices>& now,
-                                               const Frame& frame, io::NoSeenGuides* missing) {
+std::optional<CameraMotion> CameraMotionOf(const std::optional<CameraMatrices>& before,
+                                           const std::optional<CameraMatrices>& now,
+                                           const Frame& frame, io::NoSeenGuides* missing) {
   *missing = io::NoSeenGuides::kNone;
   if (before && now) {
-    std::optional<io::CameraMotion> exact =
-        io::MotionOfCamera(*now, *before, frame.width, frame.height);
+    std::optional<CameraMotion> exact = MotionOfCamera(*now, *before, frame.width, frame.height);
     if (exact) {
       return exact;
     }
   }
-  std::optional<io::CameraMotion> fit =
+  std::optional<CameraMotion> fit =
       io::FitCameraMotion(frame.guides.depth, KnownMotion(frame.guides.motion));
   if (!fit) {
     *missing = io::NoSeenGuides::kMotion;
@@ -304,13 +303,16 @@ void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& be
       {&frame->refraction, Aov::kRefractionMotion, images->refraction},
   };
   const auto is_moved = [&](const Part& part) {
-    return !part.guides->empty() && layout.Find(part.motion) == nullptr && HasImage(*part.guides);
+    const bool is_given =
+        layout.Find(part.motion) != nullptr ||
+        (part.motion == Aov::kReflectionMotion && layout.Find(Aov::kSpecularMotion) != nullptr);
+    return !part.guides->empty() && !is_given && HasImage(*part.guides);
   };
   if (frame->guides.motion.empty() || std::none_of(std::begin(parts), std::end(parts), is_moved)) {
     return;
   }
   io::NoSeenGuides missing = io::NoSeenGuides::kNone;
-  const std::optional<io::CameraMotion> camera = CameraMotionOf(before, now, *frame, &missing);
+  const std::optional<CameraMotion> camera = CameraMotionOf(before, now, *frame, &missing);
   if (images->missing == io::NoSeenGuides::kNone) {
     images->missing = missing;
   }

@@ -9,8 +9,8 @@
 
 #include <fmt/format.h>
 
+#include "core/cameras.h"
 #include "io/aov_seen.h"
-#include "io/known_camera.h"
 #include "sequence/memory.h"
 #include "sequence/settings.h"
 #include "stillray/io.h"
@@ -85,7 +85,7 @@ Status Impl::ChooseMotion(const ExrImage& first) {
     layout.notes.insert(layout.notes.begin(), motion.note);
   }
   if (const auto camera = CameraOfFrame(motion, options.files.front(), first);
-      camera.ok() && *camera && io::HasPerspective(**camera, first.width, first.height)) {
+      camera.ok() && *camera && HasPerspective(**camera, first.width, first.height)) {
     io::NoteSeenGuidesOfKnownCamera(first, &layout);
   }
   noted_images = io::IsNotedInLayout(layout);

@@ -286,6 +286,16 @@ TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
   sequence = clean;
   ChangeLayer(&sequence, "reflection_motion.", Negated);
   EXPECT_EQ(FindingsOf(sequence), Names{"image_motion_wrong"});
+  // Motion that the renderer writes for reflections alone is examined, too.
+  for (NumberedImage& f : sequence) {
+    for (Channel& channel : f.image.channels) {
+      if (channel.name.starts_with("reflection_motion.")) {
+        channel.name.replace(0, std::string("reflection").size(), "specular");
+      }
+    }
+  }
+  EXPECT_EQ(FindingsOf(sequence, {"auto", {"specular_motion=specular_motion"}}),
+            Names{"image_motion_wrong"});
   sequence = clean;
   ChangeChannel(&sequence, "reflection_albedo.G",
                 [](float v, int x, int y) { return x == 60 && y == 30 ? std::nanf("") : v; });

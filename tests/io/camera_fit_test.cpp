@@ -10,7 +10,7 @@
 
 #include <gtest/gtest.h>
 
-#include "io/known_camera.h"
+#include "core/cameras.h"
 #include "mirror_room.h"
 
 namespace stillray::io::camera_fit_test {

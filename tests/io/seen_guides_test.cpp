@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/cameras.h"
 #include "core/pixels.h"
-#include "io/known_camera.h"
 #include "mirror_room.h"
 
 namespace stillray::io::seen_guides_test {

@@ -50,8 +50,8 @@ GuidePyramid Noisy(const MovingScene& scene, float frame, float noise) {
 }
 
 /// The motion of the wall times a factor.
-io::CameraMotion Start(const MovingScene& scene, double factor) {
-  io::CameraMotion camera;
+CameraMotion Start(const MovingScene& scene, double factor) {
+  CameraMotion camera;
   camera.map = glm::dmat4x3(1.0);
   camera.depth_unit = 10;
   camera.map[2].x = -factor * static_cast<double>(scene.wall_speed.x) * 2 / scene.width;
@@ -60,7 +60,7 @@ io::CameraMotion Start(const MovingScene& scene, double factor) {
 }
 
 /// The largest error in pixels over corners and middle of the picture.
-double ErrorOf(const MovingScene& scene, const io::CameraMotion& camera) {
+double ErrorOf(const MovingScene& scene, const CameraMotion& camera) {
   double most = 0;
   for (const vec2& p : {vec2(0, 0), vec2(-0.8f, -0.5f), vec2(0.8f, 0.5f), vec2(0.8f, -0.5f)}) {
     const vec2 error = camera.MotionOf(p, 10, scene.width) + scene.wall_speed;
@@ -76,7 +76,7 @@ Image1 Depth(const MovingScene& scene) {
   return depth;
 }
 
-io::CameraMotion Align(const MovingScene& scene, float noise, const io::CameraMotion& start) {
+CameraMotion Align(const MovingScene& scene, float noise, const CameraMotion& start) {
   const GuidePyramid now = Noisy(scene, 1, noise);
   const GuidePyramid before = Noisy(scene, 0, noise);
   return AlignCamera(now.levels[0], before.levels[0], Depth(scene), start);
@@ -94,7 +94,7 @@ TEST(AlignCamera, NoiseDoesNotShortenTheMotion) {
   double sum = 0;
   for (uint32_t seed = 1; seed <= 6; ++seed) {
     scene.seed = 100 * seed;
-    const io::CameraMotion aligned = Align(scene, 0.05f, Start(scene, 0.94));
+    const CameraMotion aligned = Align(scene, 0.05f, Start(scene, 0.94));
     EXPECT_LT(ErrorOf(scene, aligned), 0.1);
     sum += static_cast<double>(aligned.MotionOf({0, 0}, 10, scene.width).x);
   }
@@ -109,14 +109,14 @@ TEST(AlignCamera, AMovingBoxDoesNotCount) {
 
 TEST(AlignCamera, KeepsTheStartWhereNothingIsSeenOrItIsLost) {
   MovingScene scene = Scene();
-  const io::CameraMotion start = Start(scene, 0.9);
+  const CameraMotion start = Start(scene, 0.9);
   scene.textured = false;
   EXPECT_EQ(Align(scene, 0, start).map, start.map);
   scene = Scene();
   const GuidePyramid now = Noisy(scene, 1, 0);
   scene.seed = 999;  // another wall
   const GuidePyramid other = Noisy(scene, 0, 0);
-  const io::CameraMotion lost = AlignCamera(now.levels[0], other.levels[0], Depth(scene), start);
+  const CameraMotion lost = AlignCamera(now.levels[0], other.levels[0], Depth(scene), start);
   for (const vec2& p : {vec2(0, 0), vec2(0.8f, 0.5f)}) {
     EXPECT_LT(glm::length(lost.MotionOf(p, 10, scene.width) - start.MotionOf(p, 10, scene.width)),
               1.5f);
@@ -125,9 +125,9 @@ TEST(AlignCamera, KeepsTheStartWhereNothingIsSeenOrItIsLost) {
 
 TEST(AlignCamera, SameBitsForAnyNumberOfThreads) {
   const MovingScene scene = Scene();
-  const io::CameraMotion many = Align(scene, 0.05f, Start(scene, 0.94));
+  const CameraMotion many = Align(scene, 0.05f, Start(scene, 0.94));
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
-  const io::CameraMotion alone = Align(scene, 0.05f, Start(scene, 0.94));
+  const CameraMotion alone = Align(scene, 0.05f, Start(scene, 0.94));
   EXPECT_EQ(std::memcmp(&many.map, &alone.map, sizeof(many.map)), 0);
 }
 

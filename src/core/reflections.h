@@ -1,0 +1,18 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+/// Reflections whose hit distance is given: what the CPU and devices have in common.
+#pragma once
+
+#include "core/hit_distance_shared.h"
+#include "stillray/camera.h"
+#include "stillray/status.h"
+
+namespace stillray {
+
+/// \param width, height  of the frame
+/// \return kInvalidArgument naming the camera that has no perspective or no inverse
+Result<HitCamera> MakeHitCamera(const CameraMatrices& now, const CameraMatrices& before, int width,
+                                int height);
+
+}  // namespace stillray
