@@ -114,7 +114,8 @@ def main():
         folder = pathlib.Path(name)
         shutil.copytree(ROOT / "python/stillray", folder / "stillray",
                         ignore=shutil.ignore_patterns("__pycache__"))  # fmt: skip
-        shutil.copyfile(ROOT / "python/ctypes/_stillray.py", folder / "stillray/_stillray.py")
+        for file in ("_stillray.py", "_structs.py"):
+            shutil.copyfile(ROOT / "python/ctypes" / file, folder / "stillray" / file)
         write_metadata(version, copy_libraries(library, folder), folder)
         record = folder / ("stillray-%s.dist-info" % version) / "RECORD"
         lines = [record_line(p, folder) for p in sorted(folder.rglob("*")) if p.is_file()]

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The Python module: the C API with NumPy arrays.
+#include <algorithm>
 #include <exception>
 #include <map>
 #include <mutex>
@@ -439,6 +440,66 @@ py::dict ListInputs() {
   return inputs;
 }
 
+/// 16 numbers, or 4 rows of 4, row by row.
+void ReadMatrix(const py::dict& camera, const char* key, double* to) {
+  if (!camera.contains(key)) {
+    throw py::value_error(fmt::format("the camera has no '{}', expected 16 numbers", key));
+  }
+  using Numbers = py::array_t<double, py::array::c_style | py::array::forcecast>;
+  const auto numbers = camera[key].cast<Numbers>();
+  if (numbers.size() != 16) {
+    throw py::value_error(
+        fmt::format("'{}' of the camera has {} numbers, expected 16", key, numbers.size()));
+  }
+  std::copy_n(numbers.data(), 16, to);
+}
+
+stillray_camera CameraOf(const py::dict& from) {
+  stillray_camera camera;
+  ReadMatrix(from, "world_to_camera", camera.world_to_camera);
+  ReadMatrix(from, "projection", camera.projection);
+  return camera;
+}
+
+py::dict ReflectionsFromHits(const py::dict& frame, const py::array& hit_distance,
+                             const py::dict& camera, const py::dict& previous_camera) {
+  const Arrays inputs = ArraysOf(frame);
+  if (inputs.count("depth") == 0) {
+    throw py::value_error("image 'depth' is not given");
+  }
+  std::map<std::string, stillray_image> images;
+  for (const char* name : {"depth", "roughness", "normal", "id"}) {
+    if (const auto at = inputs.find(name); at != inputs.end()) {
+      images[name] = Describe(name, at->second, false);
+    }
+  }
+  images["hit_distance"] = Describe("hit_distance", hit_distance, false);
+  const py::array& depth = inputs.at("depth");
+  const py::array_t<float> image_depth({depth.shape(0), depth.shape(1)});
+  const py::array_t<float> image_motion({depth.shape(0), depth.shape(1), py::ssize_t{2}});
+  images["reflection_depth"] = Describe("reflection_depth", image_depth, true);
+  images["reflection_motion"] = Describe("reflection_motion", image_motion, true);
+  const auto find = [&](const char* name) {
+    const auto at = images.find(name);
+    return at == images.end() ? nullptr : &at->second;
+  };
+  const stillray_camera now = CameraOf(camera);
+  const stillray_camera before = CameraOf(previous_camera);
+  stillray_hits hits = STILLRAY_HITS_INIT;
+  hits.depth = find("depth");
+  hits.hit_distance = find("hit_distance");
+  hits.roughness = find("roughness");
+  hits.normal = find("normal");
+  hits.id = find("id");
+  hits.camera = &now;
+  hits.previous_camera = &before;
+  hits.reflection_depth = find("reflection_depth");
+  hits.reflection_motion = find("reflection_motion");
+  const stillray_error code = stillray_reflections_from_hits(&hits);
+  Check({code, code == STILLRAY_OK ? "" : stillray_error_message(nullptr)});
+  return py::dict("reflection_depth"_a = image_depth, "reflection_motion"_a = image_motion);
+}
+
 const char* TypeName(const stillray_parameter& p) {
   constexpr const char* kNames[] = {"float", "int", "flag", "choice", "steps"};
   return kNames[p.type];
@@ -588,4 +649,16 @@ PYBIND11_MODULE(_stillray, m) {
   m.def("presets", &ListPresets, "Names of the presets.");
   m.def("_setting_text", &TextOf, "A setting as text.");
   m.def("inputs", &ListInputs, "The images that a frame may have: what each means, by name.");
+  m.def("reflections_from_hits", &ReflectionsFromHits, "frame"_a, "hit_distance"_a, "camera"_a,
+        "previous_camera"_a,
+        "Guides of what mirrors show, from the length of reflected rays.\n\n"
+        "    frame: arrays by name: 'depth', and, where known, 'roughness' (else neighbours must\n"
+        "        agree), 'normal' and 'id'; others are not used\n"
+        "    hit_distance: (height, width), from the first surface to what the ray met, in the\n"
+        "        unit of depth; >= 1e9 and infinity: the sky; 0, negative, NaN: not known\n"
+        "    camera, previous_camera: 'world_to_camera' and 'projection', 16 numbers each, row\n"
+        "        by row, or 4 x 4, as in the file of cameras (docs/cameras.md); other keys are\n"
+        "        not used\n\n"
+        "Returns {'reflection_depth', 'reflection_motion'}, to add to the frame. Raises\n"
+        "ValueError naming the image or the camera that is wrong.");
 }

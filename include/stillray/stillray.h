@@ -327,6 +327,42 @@ typedef struct stillray_memory_need {
 STILLRAY_API stillray_error stillray_denoiser_memory_need(stillray_denoiser* denoiser,
                                                           stillray_memory_need* need);
 
+/* ---- Reflections ------------------------------------------------------------------------------
+ */
+
+/* A perspective camera, by matrices for column vectors, row by row (docs/cameras.md): x to the
+ * right, y up, looking along -z or z; and from there to clip space, of any graphics interface: the
+ * direction of y is recognised, and the row of z is not used. This struct does not grow. */
+typedef struct stillray_camera {
+  double world_to_camera[16];
+  double projection[16];
+} stillray_camera;
+
+/* The length of reflected rays, and what becomes of it. Images are of one size. */
+typedef struct stillray_hits {
+  size_t struct_size; /* sizeof(stillray_hits), by the INIT below */
+  /* Inputs, as those of a denoiser. 1 channel: */
+  const stillray_image* depth;
+  /* From the first surface to what the ray met, in the unit of depth. >= 1e9 and infinity: the sky;
+   * 0, negative, NaN: not known, no image. */
+  const stillray_image* hit_distance;
+  const stillray_image* roughness; /* or NULL: images where neighbours agree */
+  const stillray_image* normal;    /* or NULL; with id, tells surfaces apart without roughness */
+  const stillray_image* id;        /* or NULL */
+  const stillray_camera* camera;   /* without jitter */
+  const stillray_camera* previous_camera; /* of the first frame: the same */
+  /* Outputs: the inputs of a denoiser of these names, 1 and 2 channels. */
+  const stillray_image* reflection_depth;
+  const stillray_image* reflection_motion;
+} stillray_hits;
+#define STILLRAY_HITS_INIT \
+  { sizeof(stillray_hits), NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL, NULL }
+
+/* Makes guides of reflections from hit distances: see ReflectionsFromHits in docs/library.md. The
+ * message is the thread's. INVALID_ARGUMENT: an image is missing or of another size than the depth,
+ * or a camera has no perspective; no output is written then. */
+STILLRAY_API stillray_error stillray_reflections_from_hits(const stillray_hits* hits);
+
 /* ---- Statistics ------------------------------------------------------------------------------ */
 
 /* Statistics of the last frame. */

@@ -15,6 +15,17 @@ try:
 except ImportError as error:
     raise ImportError("stillray needs NumPy: pip install numpy") from error
 
+from ._structs import (
+    _Camera,
+    _Hits,
+    _Image,
+    _InputInfo,
+    _MemoryNeed,
+    _ParameterInfo,
+    _Statistics,
+    _Waiting,
+)
+
 ABI_VERSION = 2  # STILLRAY_ABI_VERSION, which the name of the library ends in
 _OK, _INVALID_ARGUMENT, _OUT_OF_MEMORY, _CANCELLED = 0, 1, 6, 7
 _LARGEST_SIDE = 32768
@@ -33,84 +44,6 @@ class Cancelled(Error):
 Error.__module__ = Cancelled.__module__ = "stillray"
 
 # ---- The library ---------------------------------------------------------------------------------
-
-
-class _Image(ctypes.Structure):
-    _fields_ = [
-        ("data", ctypes.c_void_p),
-        ("format", ctypes.c_int32),
-        ("channels", ctypes.c_int32),
-        ("width", ctypes.c_int32),
-        ("height", ctypes.c_int32),
-        ("pixel_stride", ctypes.c_ssize_t),
-        ("row_stride", ctypes.c_ssize_t),
-        ("channel_stride", ctypes.c_ssize_t),
-    ]
-
-
-class _Growing(ctypes.Structure):
-    """A struct that begins with its size, and may get more members in later versions."""
-
-    def __init__(self):
-        super().__init__(struct_size=ctypes.sizeof(self))
-
-
-class _InputInfo(_Growing):
-    _fields_ = [
-        ("struct_size", ctypes.c_size_t),
-        ("name", ctypes.c_char_p),
-        ("help", ctypes.c_char_p),
-        ("channels", ctypes.c_int32),
-    ]
-
-
-class _ParameterInfo(_Growing):
-    _fields_ = [
-        ("struct_size", ctypes.c_size_t),
-        ("name", ctypes.c_char_p),
-        ("help", ctypes.c_char_p),
-        ("group", ctypes.c_char_p),
-        ("unit", ctypes.c_char_p),
-        ("type", ctypes.c_int),
-        ("min", ctypes.c_double),
-        ("max", ctypes.c_double),
-        ("default_value", ctypes.c_char_p),
-        ("choices", ctypes.POINTER(ctypes.c_char_p)),
-        ("choice_count", ctypes.c_size_t),
-    ]
-
-
-class _Waiting(_Growing):
-    _fields_ = [
-        ("struct_size", ctypes.c_size_t),
-        ("frames", ctypes.c_size_t),
-        ("ready", ctypes.c_int32),
-        ("width", ctypes.c_int32),
-        ("height", ctypes.c_int32),
-        ("index", ctypes.c_int64),
-    ]
-
-
-class _MemoryNeed(_Growing):
-    _fields_ = [
-        ("struct_size", ctypes.c_size_t),
-        ("denoisers", ctypes.c_size_t),
-        ("per_future", ctypes.c_size_t),
-        ("per_frame", ctypes.c_size_t),
-        ("most", ctypes.c_size_t),
-    ]
-
-
-class _Statistics(_Growing):
-    _fields_ = [
-        ("struct_size", ctypes.c_size_t),
-        ("non_finite", ctypes.c_int64),
-        ("negative", ctypes.c_int64),
-        ("bad_guides", ctypes.c_int64),
-        ("memory_bytes", ctypes.c_size_t),
-        ("filter_ms", ctypes.c_double),
-    ]
-
 
 _Progress = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 _handle, _text, _size = ctypes.c_void_p, ctypes.c_char_p, ctypes.c_size_t
@@ -158,6 +91,7 @@ _FUNCTIONS = {
     "denoiser_pull": (ctypes.c_int, [_handle, ctypes.POINTER(ctypes.c_int32)]),
     "denoiser_waiting": (ctypes.c_int, [_handle, ctypes.POINTER(_Waiting)]),
     "denoiser_memory_need": (ctypes.c_int, [_handle, ctypes.POINTER(_MemoryNeed)]),
+    "reflections_from_hits": (ctypes.c_int, [ctypes.POINTER(_Hits)]),
     "denoiser_statistics": (ctypes.c_int, [_handle, ctypes.POINTER(_Statistics)]),
     "denoiser_warning": (_text, [_handle]),
 }
@@ -402,6 +336,58 @@ def _as_int(name, value, limit):
     if not -limit <= number < limit:
         raise TypeError("%s is %d, which is too large" % (name, number))
     return number
+
+
+# ---- Reflections ---------------------------------------------------------------------------------
+
+
+def _camera_of(camera):
+    made = _Camera()
+    for key in ("world_to_camera", "projection"):
+        if key not in camera:
+            raise ValueError("the camera has no '%s', expected 16 numbers" % key)
+        numbers = np.asarray(camera[key], np.float64).ravel()
+        if numbers.size != 16:
+            raise ValueError(
+                "'%s' of the camera has %d numbers, expected 16" % (key, numbers.size)
+            )
+        setattr(made, key, (ctypes.c_double * 16)(*numbers))
+    return made
+
+
+def reflections_from_hits(frame, hit_distance, camera, previous_camera):
+    """Guides of what mirrors show, from the length of reflected rays.
+
+        frame: arrays by name: 'depth', and, where known, 'roughness' (else neighbours must
+            agree), 'normal' and 'id'; others are not used
+        hit_distance: (height, width), from the first surface to what the ray met, in the
+            unit of depth; >= 1e9 and infinity: the sky; 0, negative, NaN: not known
+        camera, previous_camera: 'world_to_camera' and 'projection', 16 numbers each, row
+            by row, or 4 x 4, as in the file of cameras (docs/cameras.md); other keys are
+            not used
+
+    Returns {'reflection_depth', 'reflection_motion'}, to add to the frame. Raises
+    ValueError naming the image or the camera that is wrong.
+    """
+    arrays = _arrays_of(frame)
+    if "depth" not in arrays:
+        raise ValueError("image 'depth' is not given")
+    shape = arrays["depth"].shape[:2]
+    made = {
+        "reflection_depth": np.empty(shape, np.float32),
+        "reflection_motion": np.empty(shape + (2,), np.float32),
+    }
+    images = {k: arrays[k] for k in ("depth", "roughness", "normal", "id") if k in arrays}
+    images.update(_arrays_of({"hit_distance": hit_distance}))
+    described = {name: _describe(name, array, False) for name, array in images.items()}
+    described.update({name: _describe(name, array, True) for name, array in made.items()})
+    described["camera"] = _camera_of(camera)
+    described["previous_camera"] = _camera_of(previous_camera)
+    hits = _Hits()
+    for name, value in described.items():
+        setattr(hits, name, ctypes.pointer(value))
+    _check(_library.stillray_reflections_from_hits(ctypes.byref(hits)))
+    return made
 
 
 # ---- The denoiser --------------------------------------------------------------------------------

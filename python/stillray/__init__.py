@@ -47,6 +47,7 @@ from ._stillray import (
     inputs,
     parameters,
     presets,
+    reflections_from_hits,
 )
 from ._sequence import denoise_files, denoise_sequence
 from ._frames import Sequence, denoise
@@ -64,4 +65,5 @@ __all__ = [
     "inputs",
     "parameters",
     "presets",
+    "reflections_from_hits",
 ]

@@ -53,6 +53,50 @@ def part_of_larger(array):
     return view
 
 
+def camera_at(x):
+    """Looks along -z, 90 degrees across."""
+    to_camera = np.eye(4)
+    to_camera[0, 3] = -x
+    projection = np.array(
+        [[1, 0, 0, 0], [0, W / H, 0, 0], [0, 0, -1.002, -0.2], [0, 0, -1, 0]], np.float64
+    )
+    return {"world_to_camera": to_camera, "projection": projection.ravel().tolist(), "frame": 3}
+
+
+class ReflectionsTest(unittest.TestCase):
+    def test_images_lie_behind_the_mirror_and_move_less(self):
+        frame = make_frame(0)
+        frame["roughness"] = np.zeros((H, W), np.float32)
+        hits = np.full((H, W), 4, np.float32)
+        hits[0, :3] = 0, np.nan, np.inf
+        made = stillray.reflections_from_hits(frame, hits, camera_at(0.1), camera_at(0))
+        y, x = np.mgrid[0:H, 0:W] + 0.5
+        secant = np.sqrt(1 + ((x - W / 2) ** 2 + (y - H / 2) ** 2) / (W / 2) ** 2)
+        depth = frame["depth"] + 4 / secant
+        np.testing.assert_allclose(made["reflection_depth"][1:], depth[1:], rtol=1e-5)
+        np.testing.assert_allclose(
+            made["reflection_motion"][1:, :, 0], 0.1 * W / 2 / depth[1:], rtol=1e-4
+        )
+        np.testing.assert_allclose(made["reflection_motion"][..., 1], 0, atol=1e-5)
+        self.assertEqual(made["reflection_depth"][0, :3].tolist(), [0, 0, np.inf])
+        self.assertEqual(made["reflection_motion"][0, 2].tolist(), [0, 0])
+        denoiser = stillray.Denoiser()
+        denoiser.denoise({**frame, "direct_specular": frame["direct_diffuse"], **made})
+
+    def test_errors(self):
+        hits = np.ones((H, W), np.float32)
+        camera = camera_at(0)
+        for frame, distance, now, message in (
+            ({}, hits, camera, "image 'depth' is not given"),
+            (make_frame(0), hits[1:], camera, "image 'hit_distance' is 36x23, expected 36x24"),
+            (make_frame(0), hits, {"projection": [1]}, "the camera has no 'world_to_camera'"),
+            (make_frame(0), hits, {**camera, "projection": [1]}, "has 1 numbers, expected 16"),
+            (make_frame(0), hits, {**camera, "projection": np.eye(4)}, "no perspective"),
+        ):
+            with self.assertRaisesRegex(ValueError, message):
+                stillray.reflections_from_hits(frame, distance, now, camera)
+
+
 class LayoutTest(unittest.TestCase):
     def test_layouts_give_the_same_bits(self):
         frames = [make_frame(i) for i in range(3)]
