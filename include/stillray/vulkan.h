@@ -71,9 +71,12 @@ typedef struct stillray_vulkan_options {
   int32_t debug_labels; /* not 0: marks the stages by VK_EXT_debug_utils, which must be enabled */
   /* A denoiser on the same device whose pipelines this one uses too; or NULL. */
   const stillray_vulkan_denoiser* share_with;
+  /* not 0: frames may have hit distances in place of depth and motion of reflections; needs
+   * virtual_guides */
+  int32_t hit_distances;
 } stillray_vulkan_options;
 #define STILLRAY_VULKAN_OPTIONS_INIT \
-  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL }
+  { sizeof(stillray_vulkan_options), NULL, NULL, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, NULL, 0 }
 
 /* Indices of the images in stillray_vulkan_frame. */
 typedef enum stillray_vulkan_slot {
@@ -113,7 +116,10 @@ typedef enum stillray_vulkan_slot {
   STILLRAY_VULKAN_REFRACTION_ALBEDO = 36,
   /* Outputs: the filtered light of signals: see VulkanFrame::filtered; 3 more follow. */
   STILLRAY_VULKAN_FILTERED = 37,
-  STILLRAY_VULKAN_SLOT_COUNT = 41
+  /* In place of depth and motion of the reflection, with hit_distances: the length of the reflected
+   * ray, by the cameras of the frame. Its other images may lack then. */
+  STILLRAY_VULKAN_HIT_DISTANCE = 41,
+  STILLRAY_VULKAN_SLOT_COUNT = 42
 } stillray_vulkan_slot;
 /* Capacity of stillray_vulkan_frame. */
 #define STILLRAY_VULKAN_SLOT_ROOM 48
@@ -137,11 +143,14 @@ typedef struct stillray_vulkan_frame {
   /* In pixels, at most those of the options; 0: those of the options. See VulkanFrame. */
   int32_t width;
   int32_t height;
+  /* Of this frame and of the one before it, without jitter; read with the hit distance. */
+  const stillray_camera* camera;
+  const stillray_camera* previous_camera;
 } stillray_vulkan_frame;
-#define STILLRAY_VULKAN_FRAME_INIT                                      \
-  {                                                                     \
-    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f,              \
-        {{VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED}}, 0.0f, 0.0f, 0, 0 \
+#define STILLRAY_VULKAN_FRAME_INIT                                                  \
+  {                                                                                 \
+    sizeof(stillray_vulkan_frame), 0, 1.0f, 0, 0.0f, 0.0f,                          \
+        {{VK_NULL_HANDLE, VK_IMAGE_LAYOUT_UNDEFINED}}, 0.0f, 0.0f, 0, 0, NULL, NULL \
   }
 
 typedef struct stillray_vulkan_memory {

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "stillray/camera.h"
 #include "stillray/denoise.hpp"
 
 namespace stillray {
@@ -72,6 +73,9 @@ struct VulkanOptions {
   /// They are as long as the setting `virtual_roughness` is above 0 and `signals` keeps these
   /// lights apart (`split` or `diffuse_specular`).
   bool virtual_guides = false;
+  /// Frames may have hit distances in place of depth and motion of `reflection`, which takes 12
+  /// bytes per pixel more. Needs `virtual_guides`.
+  bool hit_distances = false;
   /// 0: the images of frames are a few that come again; descriptor sets are kept by their views, so
   /// that views must live until ForgetImages. Above 0: every frame may have other views, which must
   /// live until the device has finished the frame. Record then rewrites the sets of the frame that
@@ -139,6 +143,16 @@ struct VulkanFrame {
   /// Of reflected light, with VulkanOptions::virtual_guides. `roughness`, `motion`, `albedo` and
   /// `specular_albedo` must be given too. A frame without them begins a new history.
   VulkanVirtualGuides reflection;
+  /// With VulkanOptions::hit_distances, in place of `reflection.depth` and `reflection.motion`,
+  /// which follow from it and from the cameras (ReflectionsFromHits): length of the reflected ray
+  /// from the first surface, in the unit of depth. >= 1e9 and infinity: the sky; 0, negative, NaN:
+  /// no image. The other images of `reflection` may lack then: normal and id are those of the
+  /// mirror, and the albedo of what is seen is white.
+  VulkanImage hit_distance;
+  /// Perspective cameras of this frame and of the one before it, without jitter; of the first frame
+  /// the same twice. Read with `hit_distance`.
+  CameraMatrices camera = {};
+  CameraMatrices previous_camera = {};
   /// Of transmitted light, if VulkanOptions::transmission is set as well; likewise, with
   /// `transmission_albedo` in place of `specular_albedo`.
   VulkanVirtualGuides refraction;

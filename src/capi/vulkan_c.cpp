@@ -12,6 +12,7 @@
 #include <fmt/format.h>
 
 #include "capi/calls.h"
+#include "capi/camera_access.h"
 #include "stillray/vulkan.hpp"
 
 struct stillray_vulkan_denoiser {
@@ -47,6 +48,7 @@ Result<VulkanOptions> OptionsOf(const stillray_vulkan_options& o) {
   options.timestamps = o.timestamps != 0;
   options.incomplete_guides = o.incomplete_guides != 0;
   options.virtual_guides = o.virtual_guides != 0;
+  options.hit_distances = o.hit_distances != 0;
   options.frames_in_flight = o.frames_in_flight;
   options.debug_labels = o.debug_labels != 0;
   options.share_with = o.share_with != nullptr ? &*o.share_with->denoiser : nullptr;
@@ -115,6 +117,10 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
       image(STILLRAY_VULKAN_REFRACTION_DEPTH), image(STILLRAY_VULKAN_REFRACTION_NORMAL),
       image(STILLRAY_VULKAN_REFRACTION_MOTION), image(STILLRAY_VULKAN_REFRACTION_ID),
       image(STILLRAY_VULKAN_REFRACTION_ALBEDO)};
+  frame.hit_distance = image(STILLRAY_VULKAN_HIT_DISTANCE);
+  frame.camera = f.camera != nullptr ? ReadCamera(*f.camera) : CameraMatrices();
+  frame.previous_camera =
+      f.previous_camera != nullptr ? ReadCamera(*f.previous_camera) : CameraMatrices();
   frame.colour = image(STILLRAY_VULKAN_COLOUR);
   frame.display = image(STILLRAY_VULKAN_DISPLAY);
   for (int s = 0; s < kVulkanSignals; ++s) {

@@ -16,6 +16,7 @@ namespace shaders {
 STILLRAY_SHADER(SelectGuides)
 STILLRAY_SHADER(RescaleMoments)
 STILLRAY_SHADER(AddLayer)
+STILLRAY_SHADER(PlaceHits)
 #undef STILLRAY_SHADER
 }  // namespace shaders
 
@@ -49,6 +50,7 @@ struct SelectPush {
   int32_t has_other_albedo = 0;
   int32_t has_previous_normal = 0;
   int32_t has_id = 0;
+  int32_t has_image_albedo = 0;
   int32_t width = 0;
   int32_t height = 0;
 };
@@ -89,6 +91,7 @@ PassInfo InfoOf(size_t pass) {
        2,
        sizeof(RescalePush)},
       {"add_layer", {shaders::kAddLayer, shaders::kAddLayerWords}, 7, 2, sizeof(AddPush)},
+      {"select_guides", {shaders::kPlaceHits, shaders::kPlaceHitsWords}, 2, 2, sizeof(HitCamera)},
   };
   return infos[pass];
 }
@@ -136,6 +139,10 @@ Status AddImages(const LayerShape& shape, LayerImages* to) {
   }
   if (shape.with_picture) {
     add(kColour, &to->picture);
+  }
+  if (shape.with_hits) {
+    add(kScalar, &to->hit_depth);
+    add(kMotion, &to->hit_motion);
   }
   add(kMotion, &to->picture_motion);
   add(kColour, &to->emission);
@@ -239,14 +246,31 @@ void LayerPasses::PrepareImages(VkCommandBuffer commands) {
   }
 }
 
+/// Writes depth and motion of the images that hit distances place, and makes them those of `seen`.
+Status LayerPasses::PlaceHits(gpu::CommandList* commands, const ImageRef& depth,
+                              VirtualInputs* seen) {
+  const ImageRef images[] = {depth, seen->hit_distance, RefTo(images_->hit_depth),
+                             RefTo(images_->hit_motion)};
+  STILLRAY_RETURN_IF_ERROR(Run(commands, kPlaceHits, images, BytesOf(seen->hit_camera)));
+  WaitForWrites(commands);
+  seen->depth = RefTo(images_->hit_depth);
+  seen->motion = RefTo(images_->hit_motion);
+  return Status::Ok();
+}
+
 Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& facts,
-                                const FrameInputs& from, const VirtualInputs& seen,
+                                const FrameInputs& from, const VirtualInputs& given,
                                 const SelectGuidesParameters& select) {
   const LayerImages& to = *images_;
+  VirtualInputs seen = given;
   ++frames_;
   sets_.BeginFrame(frames_);
   commands->Call([this](VkCommandBuffer into) { PrepareImages(into); });
   WaitForWrites(commands);  // the passes of the last frame may still read what these write
+  Begin(commands, kSelectGuides, &layer_times_);
+  if (seen.hit_distance.view != VK_NULL_HANDLE) {
+    STILLRAY_RETURN_IF_ERROR(PlaceHits(commands, from.depth, &seen));
+  }
   const bool has_previous = HasPreviousNormals(facts);
   // The shader needs images of the right format in place of those that are not given.
   const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
@@ -254,20 +278,25 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
   const LayerLights& lights = LightsOf(source_);
   const LayerLights& others = OtherLights(source_);
   const bool has_other = (facts.albedos >> others.albedo & 1u) != 0;
+  const bool has_albedo = seen.albedo.view != VK_NULL_HANDLE;
+  const ImageRef own_id = facts.has_id ? from.id : RefTo(to.id);
+  const auto given_or = [](const ImageRef& image, const ImageRef& other) {
+    return image.view != VK_NULL_HANDLE ? image : other;
+  };
   const ImageRef images[] = {from.depth,
                              from.normal,
                              from.motion,
-                             facts.has_id ? from.id : RefTo(to.id),
+                             own_id,
                              from.roughness,
                              previous_from,
                              from.albedos[0],
                              from.albedos[lights.albedo],
                              has_other ? from.albedos[others.albedo] : from.albedos[0],
                              seen.depth,
-                             seen.normal,
+                             given_or(seen.normal, from.normal),
                              seen.motion,
-                             facts.has_id ? seen.id : RefTo(to.id),
-                             seen.albedo,
+                             facts.has_id ? given_or(seen.id, own_id) : own_id,
+                             given_or(seen.albedo, from.albedos[0]),
                              RefTo(to.depth),
                              RefTo(to.normal),
                              RefTo(to.motion),
@@ -281,9 +310,9 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
                            has_other ? 1 : 0,
                            has_previous ? 1 : 0,
                            facts.has_id ? 1 : 0,
+                           has_albedo ? 1 : 0,
                            width_,
                            height_};
-  Begin(commands, kSelectGuides, &layer_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kSelectGuides, images, BytesOf(push)));
   WaitForWrites(commands);
   if (RescalesMoments(facts)) {

@@ -13,6 +13,7 @@
 #include <span>
 #include <vector>
 
+#include "core/hit_distance_shared.h"
 #include "denoise/plan.h"
 #include "denoise/vulkan/frame_images.h"
 #include "denoise/vulkan/pass_recorder.h"
@@ -24,10 +25,13 @@ namespace stillray::vulkan {
 /// Virtual guides, on the device: see VirtualGuides.
 struct VirtualInputs {
   ImageRef depth;
-  ImageRef normal;
+  ImageRef normal;  ///< none: that of the surface
   ImageRef motion;
-  ImageRef id;  ///< read if the frame has ids
-  ImageRef albedo;
+  ImageRef id;      ///< read if the frame has ids; none: that of the surface
+  ImageRef albedo;  ///< none: white
+  /// With `hit_distance` depth and motion follow from it, and are not read.
+  ImageRef hit_distance = {};
+  HitCamera hit_camera = {};
 };
 
 struct LayerShape {
@@ -36,6 +40,7 @@ struct LayerShape {
   bool previous_normals = false;
   bool second_moments = false;  ///< of the layer's direct and indirect light, if both are given
   bool with_picture = false;    ///< the layer's picture, which the caller's denoiser writes
+  bool with_hits = false;       ///< what VirtualInputs::hit_distance needs
 
   friend bool operator==(const LayerShape&, const LayerShape&) = default;
 };
@@ -57,6 +62,8 @@ struct LayerImages {
   const gpu::Image* direct_moment = nullptr;    ///< LayerShape::second_moments
   const gpu::Image* indirect_moment = nullptr;  ///< likewise
   const gpu::Image* picture = nullptr;          ///< LayerShape::with_picture
+  const gpu::Image* hit_depth = nullptr;        ///< LayerShape::with_hits
+  const gpu::Image* hit_motion = nullptr;       ///< likewise
   // Of the rest:
   const gpu::Image* picture_motion = nullptr;
   const gpu::Image* emission = nullptr;
@@ -84,9 +91,9 @@ class LayerPasses {
   /// Forgets the images of frames; none may be in use by the device.
   Status ForgetInputs() { return sets_.Clear(); }
 
-  /// Adds the pass that writes the layer's guides, as FramePipeline::Record. All images of `seen`
-  /// are given, and the frame's motion, roughness, albedo, and the albedo that divides the layer's
-  /// light.
+  /// Adds the passes that write the layer's guides, as FramePipeline::Record. Depth and motion of
+  /// `seen`, or its hit distance, are given, and the frame's motion, roughness, albedo, and the
+  /// albedo that divides the layer's light.
   Status RecordLayer(gpu::CommandList* commands, const FrameFacts& facts, const FrameInputs& frame,
                      const VirtualInputs& seen, const SelectGuidesParameters& select);
   /// Writes emission and motion of the rest. \param picture  the layer's, denoised
@@ -110,7 +117,7 @@ class LayerPasses {
   void AddTimes(std::vector<StageTime>* times) const;
 
  private:
-  enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPassCount };
+  enum Pass : size_t { kSelectGuides, kRescaleMoments, kAddLayer, kPlaceHits, kPassCount };
 
   LayerPasses(const gpu::DeviceContext* context, GuideSource source, bool timed)
       : context_(context),
@@ -121,6 +128,7 @@ class LayerPasses {
         rest_times_(context) {}
 
   Status MakePipelines();
+  Status PlaceHits(gpu::CommandList* commands, const ImageRef& depth, VirtualInputs* seen);
   bool HasPreviousNormals(const FrameFacts& frame) const;
   bool RescalesMoments(const FrameFacts& frame) const;
   Status Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,

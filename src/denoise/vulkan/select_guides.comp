@@ -38,6 +38,7 @@ layout(push_constant) uniform Push {
   int has_other_albedo;     // 0: it is black
   int has_previous_normal;  // 0: the last image must not be written
   int has_id;               // 0: ids are 0
+  int has_image_albedo;     // 0: it is white
   int width;
   int height;
 };
@@ -51,7 +52,7 @@ vec3 SelectedNormal(bool image, ivec2 p) {
 
 vec3 SelectedAlbedo(bool image, ivec2 p) {
   vec3 own = texelFetch(layer_albedo, p, 0).xyz;
-  vec3 seen = texelFetch(image_albedo, p, 0).xyz;
+  vec3 seen = has_image_albedo != 0 ? texelFetch(image_albedo, p, 0).xyz : vec3(1.0f);
   return image ? own * vec3(SeenAlbedo(seen.x), SeenAlbedo(seen.y), SeenAlbedo(seen.z)) : own;
 }
 

@@ -4,15 +4,13 @@
 #include "stillray/vulkan.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <string>
 #include <utility>
 
 #include <fmt/format.h>
 
-#include "denoise/frame_check.h"
 #include "denoise/stage_timer.h"
 #include "denoise/vulkan/device_inputs.h"
+#include "denoise/vulkan/embedded_frame.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/layer_passes.h"
 #include "gpu/shared_pipelines.h"
@@ -23,166 +21,6 @@ namespace {
 using vulkan::FrameInputs;
 using vulkan::FramePipeline;
 using vulkan::ImageRef;
-
-ImageRef RefTo(const VulkanImage& image) {
-  return {image.view, image.layout};
-}
-
-bool IsGiven(const VulkanImage& image) {
-  return image.view != VK_NULL_HANDLE;
-}
-
-FrameFacts FactsOf(const VulkanFrame& frame, FramePipeline::Size size) {
-  FrameFacts facts;
-  facts.index = frame.index;
-  facts.width = size.width;
-  facts.height = size.height;
-  facts.focal_pixels = frame.focal_pixels;
-  facts.jitter_x = frame.jitter_x;
-  facts.jitter_y = frame.jitter_y;
-  for (uint32_t k = 0; k < kSignalKindCount; ++k) {
-    facts.lights |= IsGiven(frame.lights[k]) ? 1u << k : 0u;
-    facts.second_moments |= IsGiven(frame.second_moments[k]) ? 1u << k : 0u;
-  }
-  facts.second_moments &= facts.lights;
-  facts.albedos = (IsGiven(frame.albedo) ? 1u : 0u) | (IsGiven(frame.specular_albedo) ? 2u : 0u) |
-                  (IsGiven(frame.transmission_albedo) ? 4u : 0u);
-  facts.has_samples = IsGiven(frame.samples);
-  facts.has_id = IsGiven(frame.id);
-  facts.has_emission = IsGiven(frame.emission);
-  facts.has_background = IsGiven(frame.background);
-  facts.has_roughness = IsGiven(frame.roughness);
-  facts.has_confidence = IsGiven(frame.confidence);
-  facts.has_previous_normal = IsGiven(frame.previous_normal);
-  facts.has_reflection = IsGiven(frame.reflection.depth);
-  facts.has_refraction = IsGiven(frame.refraction.depth);
-  facts.samples_per_pixel = frame.samples_per_pixel;
-  facts.is_displayed = IsGiven(frame.display);
-  return facts;
-}
-
-FrameInputs InputsOf(const VulkanFrame& frame) {
-  FrameInputs in;
-  for (size_t k = 0; k < kSignalKindCount; ++k) {
-    in.lights[k] = RefTo(frame.lights[k]);
-    in.second_moments[k] = RefTo(frame.second_moments[k]);
-  }
-  in.depth = RefTo(frame.depth);
-  in.normal = RefTo(frame.normal);
-  in.id = RefTo(frame.id);
-  in.motion = RefTo(frame.motion);
-  in.albedos[0] = RefTo(frame.albedo);
-  in.albedos[1] = RefTo(frame.specular_albedo);
-  in.albedos[2] = RefTo(frame.transmission_albedo);
-  in.emission = RefTo(frame.emission);
-  in.background = RefTo(frame.background);
-  in.samples = RefTo(frame.samples);
-  in.roughness = RefTo(frame.roughness);
-  in.confidence = RefTo(frame.confidence);
-  in.previous_normal = RefTo(frame.previous_normal);
-  in.colour = RefTo(frame.colour);
-  in.colour_is_half = frame.colour_is_half;
-  in.display = RefTo(frame.display);
-  static_assert(kVulkanSignals == static_cast<int>(kMostGroups));
-  for (size_t s = 0; s < kMostGroups; ++s) {
-    in.filtered[s] = RefTo(frame.filtered[s]);
-  }
-  return in;
-}
-
-const VulkanVirtualGuides& ImageOf(const VulkanFrame& frame, GuideSource source) {
-  return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
-}
-
-vulkan::VirtualInputs VirtualInputsOf(const VulkanVirtualGuides& seen) {
-  return {RefTo(seen.depth), RefTo(seen.normal), RefTo(seen.motion), RefTo(seen.id),
-          RefTo(seen.albedo)};
-}
-
-/// Checks that all images are given that a layer needs.
-Status CheckVirtualGuides(const VulkanFrame& frame, GuideSource source) {
-  const bool reflected = source == GuideSource::kReflection;
-  const std::string name = reflected ? "reflection" : "refraction";
-  const VulkanVirtualGuides& seen = ImageOf(frame, source);
-  const std::pair<const VulkanImage*, std::string> needed[] = {
-      {&seen.normal, name + ".normal"},
-      {&seen.motion, name + ".motion"},
-      {&seen.albedo, name + ".albedo"},
-      {&frame.motion, "motion"},
-      {&frame.roughness, "roughness"},
-      {&frame.albedo, "albedo"},
-      {reflected ? &frame.specular_albedo : &frame.transmission_albedo,
-       reflected ? "specular_albedo" : "transmission_albedo"}};
-  for (const auto& [image, of] : needed) {
-    if (!IsGiven(*image)) {
-      return Status::InvalidArgument(fmt::format(
-          "frame {}: image '{}' is not given, beside '{}.depth'", frame.index, of, name));
-    }
-  }
-  return IsGiven(frame.id) && !IsGiven(seen.id)
-             ? Status::InvalidArgument(fmt::format(
-                   "frame {}: image '{}.id' is not given, beside 'id'", frame.index, name))
-             : Status::Ok();
-}
-
-/// Checks that all images that the settings need are given. \param jittered  this frame or one
-/// before it was
-Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission,
-                  bool fills_guides, bool jittered) {
-  const auto missing = [&](const char* name) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: image '{}' is not given", frame.index, name));
-  };
-  const auto given = [&](SignalKind kind) { return IsGiven(frame.lights[static_cast<int>(kind)]); };
-  const bool diffuse = given(SignalKind::kDirectDiffuse) || given(SignalKind::kIndirectDiffuse);
-  const bool specular = given(SignalKind::kDirectSpecular) || given(SignalKind::kIndirectSpecular);
-  const bool through =
-      given(SignalKind::kDirectTransmission) || given(SignalKind::kIndirectTransmission);
-  if (!diffuse && !specular && !through) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: there are no lights to denoise", frame.index));
-  }
-  if (through != transmission) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: transmission signals are {}given, but the denoiser was made {} them",
-                    frame.index, through ? "" : "not ", transmission ? "with" : "without"));
-  }
-  if (!IsGiven(frame.depth)) {
-    return missing("depth");
-  }
-  if (!IsGiven(frame.normal)) {
-    return missing("normal");
-  }
-  if ((settings.temporal || AntialiasesInTime(settings, jittered) || fills_guides) &&
-      !IsGiven(frame.motion)) {
-    return missing("motion");
-  }
-  if (fills_guides && !IsGiven(frame.samples)) {
-    return missing("samples");
-  }
-  if (settings.demodulate && diffuse && !IsGiven(frame.albedo)) {
-    return missing("albedo");
-  }
-  if (settings.demodulate && specular && !IsGiven(frame.specular_albedo)) {
-    return missing("specular_albedo");
-  }
-  if (settings.demodulate && through && !IsGiven(frame.transmission_albedo)) {
-    return missing("transmission_albedo");
-  }
-  if (!IsGiven(frame.colour)) {
-    return missing("colour");
-  }
-  if (!(std::abs(frame.jitter_x) <= 0.5f) || !(std::abs(frame.jitter_y) <= 0.5f)) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: jitter is ({}, {}), expected -0.5 to 0.5 for each", frame.index,
-                    frame.jitter_x, frame.jitter_y));
-  }
-  if (!(frame.samples_per_pixel >= 0)) {
-    return Status::InvalidArgument(fmt::format("frame {}: samples_per_pixel is {}, expected >= 0",
-                                               frame.index, frame.samples_per_pixel));
-  }
-  return CheckFocalLength(frame.index, frame.focal_pixels, settings);
-}
 
 vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
   vulkan::PipelineOptions options;
@@ -205,12 +43,13 @@ vulkan::PipelineOptions LayerOptionsOf(const VulkanOptions& o, GuideSource sourc
   return options;
 }
 
-vulkan::LayerShape LayerShapeOf(const VulkanOptions& o) {
+vulkan::LayerShape LayerShapeOf(const VulkanOptions& o, GuideSource source) {
   return {.width = o.width,
           .height = o.height,
           .previous_normals = true,
           .second_moments = true,
-          .with_picture = true};
+          .with_picture = true,
+          .with_hits = o.hit_distances && source == GuideSource::kReflection};
 }
 
 constexpr int kMostInFlight = 64;
@@ -226,7 +65,8 @@ struct VirtualLayer {
                                      const VulkanOptions& o) {
     Result<gpu::MemoryUse> need = FramePipeline::Need(context, LayerOptionsOf(o, source));
     STILLRAY_RETURN_IF_ERROR(need.status());
-    const Result<gpu::MemoryUse> of_passes = vulkan::LayerPasses::Need(context, LayerShapeOf(o));
+    const Result<gpu::MemoryUse> of_passes =
+        vulkan::LayerPasses::Need(context, LayerShapeOf(o, source));
     STILLRAY_RETURN_IF_ERROR(of_passes.status());
     *need += *of_passes;
     return need;
@@ -240,7 +80,7 @@ struct VirtualLayer {
         context, source, o.timestamps, static_cast<uint32_t>(o.frames_in_flight));
     STILLRAY_RETURN_IF_ERROR(passes.status());
     layer->passes = std::move(*passes);
-    STILLRAY_RETURN_IF_ERROR(layer->passes->Prepare(LayerShapeOf(o)));
+    STILLRAY_RETURN_IF_ERROR(layer->passes->Prepare(LayerShapeOf(o, source)));
     Result<std::unique_ptr<FramePipeline>> pipeline =
         FramePipeline::Create(context, LayerOptionsOf(o, source));
     STILLRAY_RETURN_IF_ERROR(pipeline.status());
@@ -276,39 +116,6 @@ struct VirtualLayer {
  private:
   ImageRef picture() const { return vulkan::RefTo(passes->images()->picture); }
 };
-
-/// Checks the size, and the outputs of signals. \param most  the size of the images
-/// \param layers  of the frame, whose light has no output
-Status CheckOutputs(const VulkanFrame& frame, FramePipeline::Size most,
-                    std::span<const SignalGroup> groups, const LayerList& layers) {
-  const bool fits = frame.width >= 0 && frame.height >= 0 && frame.width <= most.width &&
-                    frame.height <= most.height && (frame.width == 0) == (frame.height == 0);
-  if (!fits) {
-    return Status::InvalidArgument(
-        fmt::format("frame {}: it is {}x{}, expected 1x1 to {}x{}, or 0x0 for the latter",
-                    frame.index, frame.width, frame.height, most.width, most.height));
-  }
-  for (size_t s = 0; s < kMostGroups; ++s) {
-    if (!IsGiven(frame.filtered[s])) {
-      continue;
-    }
-    if (s >= groups.size()) {
-      return Status::InvalidArgument(
-          fmt::format("frame {}: image 'filtered[{}]' is given, but there are {} signals",
-                      frame.index, s, groups.size()));
-    }
-    for (const PlannedLayer& layer : layers) {
-      if (std::ranges::any_of(groups[s].kinds,
-                              [&](SignalKind kind) { return IsLightOf(layer.guides, kind); })) {
-        return Status::InvalidArgument(fmt::format(
-            "frame {}: image 'filtered[{}]' is given, but the light of the signal '{}' has virtual "
-            "guides",
-            frame.index, s, groups[s].name));
-      }
-    }
-  }
-  return Status::Ok();
-}
 
 /// The layers that frames may have with these options.
 std::vector<GuideSource> LayersOf(const VulkanOptions& options) {
@@ -392,6 +199,9 @@ Status CheckOptions(const VulkanContext& context, const VulkanOptions& o,
     return Status::InvalidArgument(
         fmt::format("frames_in_flight is {}, expected 0 to {}", o.frames_in_flight, kMostInFlight));
   }
+  if (o.hit_distances && !o.virtual_guides) {
+    return Status::InvalidArgument("hit_distances is set without virtual_guides, expected both");
+  }
   return shared == nullptr || shared->device == context.device
              ? Status::Ok()
              : Status::InvalidArgument("share_with is a denoiser on another device");
@@ -425,6 +235,7 @@ struct VulkanDenoiser::Impl {
   gpu::CommandList commands;  // of the frame in progress
   Settings settings;
   bool incomplete_guides = false;
+  bool hit_distances = false;
   std::unique_ptr<FramePipeline> pipeline;
   std::vector<std::unique_ptr<VirtualLayer>> layers;  // none without VulkanOptions::virtual_guides
 
@@ -455,9 +266,14 @@ Status VulkanDenoiser::Impl::CheckLayers(const VulkanFrame& frame, const FrameFa
                       frame.index, reflected ? "reflected" : "transmitted",
                       layers.empty() ? "virtual guides" : "transmission signals"));
     }
-    STILLRAY_RETURN_IF_ERROR(CheckVirtualGuides(frame, source));
+    STILLRAY_RETURN_IF_ERROR(vulkan::CheckVirtualGuides(frame, source));
   }
-  return Status::Ok();
+  return hit_distances || frame.hit_distance.view == VK_NULL_HANDLE
+             ? Status::Ok()
+             : Status::InvalidArgument(
+                   fmt::format("frame {}: image 'hit_distance' is given, but the denoiser was made "
+                               "without hit_distances",
+                               frame.index));
 }
 
 /// Chooses the layers of the frame. \return whether they differ from those of the last frame
@@ -479,8 +295,10 @@ Status VulkanDenoiser::Impl::RecordLayers(const VulkanFrame& frame, FrameFacts* 
                                           FrameInputs* inputs) {
   for (const auto& layer : layers) {
     if (layer->was_used) {
-      const vulkan::VirtualInputs seen = VirtualInputsOf(ImageOf(frame, layer->source));
-      STILLRAY_RETURN_IF_ERROR(layer->Record(&commands, settings, seen, *facts, *inputs));
+      const Result<vulkan::VirtualInputs> seen =
+          vulkan::VirtualInputsOf(frame, layer->source, facts->width, facts->height);
+      STILLRAY_RETURN_IF_ERROR(seen.status());
+      STILLRAY_RETURN_IF_ERROR(layer->Record(&commands, settings, *seen, *facts, *inputs));
     }
   }
   for (const auto& layer : layers) {
@@ -497,7 +315,7 @@ Status VulkanDenoiser::Impl::AddFrame(const VulkanFrame& frame, FrameFacts facts
   if (UseLayers(facts)) {
     Reset();  // each history has another part of the light
   }
-  FrameInputs inputs = InputsOf(frame);
+  FrameInputs inputs = vulkan::InputsOf(frame);
   STILLRAY_RETURN_IF_ERROR(RecordLayers(frame, &facts, &inputs));
   const FramePlan plan = MakePlan(settings, facts, pipeline->progress());
   return pipeline->Record(&commands, plan, facts, inputs, nullptr);
@@ -571,6 +389,7 @@ Result<VulkanDenoiser> VulkanDenoiser::Create(const VulkanContext& context,
       options.debug_labels);
   impl->settings = options.settings;
   impl->incomplete_guides = options.incomplete_guides;
+  impl->hit_distances = options.hit_distances;
   Result<std::unique_ptr<FramePipeline>> pipeline =
       FramePipeline::Create(&impl->context, PipelineOptionsOf(options));
   STILLRAY_RETURN_IF_ERROR(pipeline.status());
@@ -589,15 +408,15 @@ Status VulkanDenoiser::Record(VkCommandBuffer commands, const VulkanFrame& frame
     return Status::InvalidArgument("Vulkan: the command buffer is not given");
   }
   const FramePipeline::Size most = impl_->pipeline->most();
-  FrameFacts facts =
-      FactsOf(frame, frame.width > 0 ? FramePipeline::Size{frame.width, frame.height} : most);
+  FrameFacts facts = frame.width > 0 ? vulkan::FactsOf(frame, frame.width, frame.height)
+                                     : vulkan::FactsOf(frame, most.width, most.height);
   const bool jittered = IsJittered(facts) || impl_->pipeline->progress().jittered;
-  STILLRAY_RETURN_IF_ERROR(CheckFrame(frame, impl_->settings, impl_->pipeline->has_transmission(),
-                                      impl_->FillsGuides(), jittered));
+  STILLRAY_RETURN_IF_ERROR(vulkan::CheckFrame(
+      frame, impl_->settings, impl_->pipeline->has_transmission(), impl_->FillsGuides(), jittered));
   facts.has_incomplete_guides = impl_->FillsGuides();
   STILLRAY_RETURN_IF_ERROR(impl_->CheckLayers(frame, facts));
-  STILLRAY_RETURN_IF_ERROR(
-      CheckOutputs(frame, most, impl_->pipeline->groups(), LayersOf(impl_->settings, facts)));
+  STILLRAY_RETURN_IF_ERROR(vulkan::CheckOutputs(
+      frame, most.width, most.height, impl_->pipeline->groups(), LayersOf(impl_->settings, facts)));
   const Impl::Checkpoint before = impl_->checkpoint();
   const Status added = impl_->AddFrame(frame, facts);
   if (!added.ok()) {
