@@ -82,6 +82,7 @@ constexpr FindingInfo kFindings[] = {
     {"id_unstable", "ids of surfaces change from frame to frame"},
     {"image_depth_nearer", "what mirrors and glass show is nearer than they are"},
     {"image_motion_wrong", "what mirrors and glass show is not where its motion leads"},
+    {"hit_distance_zero", "no pixel has a hit distance above 0"},
     {"seen_zero", "a layer of Denoising Data is zero everywhere"},
     {"seen_depth_differs", "Denoising Depth contradicts the depth of plain surfaces"},
     {"seen_normal_differs", "Denoising Normal contradicts the normals of plain surfaces"},

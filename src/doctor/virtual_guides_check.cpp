@@ -1,9 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds virtual guides that are none: images nearer than the mirror, and images that are not found
-// again where their motion leads.
+// Finds virtual guides that are none: images nearer than the mirror, images that are not found
+// again where their motion leads, and hit distances that nothing has.
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -130,6 +133,12 @@ class VirtualGuidesCheck : public Check {
  public:
   void Look(const Exhibit& now, const Exhibit* before) override {
     layout_ = now.layout;
+    if (layout_->Find(Aov::kHitDistance) != nullptr) {
+      ++hit_frames_;
+      if (!HasHit(now)) {
+        without_hits_.push_back(now.number);
+      }
+    }
     for (Kind& kind : kinds_) {
       const VirtualGuides& image = now.frame.*kind.guides;
       if (now.layout->Find(Given(*now.layout, kind.depths)) == nullptr || image.empty()) {
@@ -143,6 +152,7 @@ class VirtualGuidesCheck : public Check {
   }
 
   void Conclude(Verdict* verdict) override {
+    ConcludeHits(verdict);
     for (const Kind& kind : kinds_) {
       ConcludeDepth(kind, verdict);
       ConcludeMotion(kind, verdict);
@@ -150,6 +160,35 @@ class VirtualGuidesCheck : public Check {
   }
 
  private:
+  static bool HasHit(const Exhibit& now) {
+    const Image1 hits =
+        ConvertHitDistance(StoredPlane(now, Aov::kHitDistance, 0), now.layout->hit_distance);
+    for (int y = 0; y < hits.height(); ++y) {
+      const float* row = hits.Row(y);
+      if (std::any_of(row, row + hits.width(), [](float hit) { return hit > 0; })) {
+        return true;
+      }
+    }
+    return false;
+  }
+
+  /// Single frames may show nothing that reflects.
+  void ConcludeHits(Verdict* verdict) const {
+    if (without_hits_.empty() || without_hits_.size() < hit_frames_) {
+      return;
+    }
+    verdict->Add(Finding{
+        "hit_distance_zero", without_hits_,
+        fmt::format("{} is nowhere above 0 in {} (expected the length of the reflected ray where a "
+                    "surface reflects)",
+                    LayerText(*layout_, Aov::kHitDistance), FrameRanges(without_hits_)),
+        "write the length of the ray from the first surface to what it meets, in the unit of "
+        "depth, "
+        "1e9 or more where it leaves the scene; or do without: " +
+            MappingCure("hit_distance=none"),
+        0, 0, "hit_distance=none"});
+  }
+
   static void LookAtDepth(const Exhibit& now, const VirtualGuides& image, Kind* kind) {
     int64_t images = 0;
     int64_t nearer = 0;
@@ -245,15 +284,16 @@ class VirtualGuidesCheck : public Check {
     }
   }
 
-  /// What gives the motion: its own layer, else hit distances, else the depth that it follows from.
+  /// What gives the motion: its own layer, or the hit distances from which it follows.
   Aov MotionLayer(const Kind& kind) const {
-    const Aov own = Given(*layout_, kind.motions);
-    const bool is_given =
-        layout_->Find(own) != nullptr || layout_->Find(Aov::kHitDistance) == nullptr;
-    return is_given ? own : Given(*layout_, kind.depths);
+    const Aov motion = Given(*layout_, kind.motions);
+    const Aov depth = Given(*layout_, kind.depths);
+    return depth == Aov::kHitDistance && layout_->Find(motion) == nullptr ? depth : motion;
   }
 
   const AovLayout* layout_ = nullptr;
+  size_t hit_frames_ = 0;              ///< with the layer
+  std::vector<int64_t> without_hits_;  ///< those of them without a value above 0
   Kind kinds_[2] = {{&Frame::reflection,
                      {Aov::kReflectionDepth, Aov::kHitDistance},
                      {Aov::kReflectionMotion, Aov::kSpecularMotion}},

@@ -280,7 +280,8 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-/// From what is known best: what the user gives, the camera, what depth and normals reveal.
+/// From what is known best: what the user gives, the camera, what depth reveals with normals or
+/// with the lengths of paths.
 std::optional<Lens> Importer::LensOfRays(CameraFits* fits) const {
   if (layout_.hit_distance.focal > 0) {
     return LensOfFocalLength(static_cast<double>(layout_.hit_distance.focal), frame_.width);
@@ -299,18 +300,25 @@ std::optional<Lens> Importer::LensOfRays(CameraFits* fits) const {
   if (const std::optional<View>& view = fits->FieldOfView()) {
     return LensOfFocalLength(0.5 * frame_.width / view->tangent, frame_.width);
   }
-  return std::nullopt;
+  const std::optional<Image1> seen = Plane1(Aov::kSeenDepth);
+  std::optional<Lens> lens = seen ? FitLens(frame_.guides.depth, *seen) : std::nullopt;
+  if (lens) {
+    lens->start = 0;  // hit distances begin at the surface
+  }
+  return lens;
 }
 
 /// Reflections by their hit distance, in place of those of the layers of what is seen.
 void Importer::ImportHits(CameraFits* fits, FrameImages* images) {
   const std::optional<Lens> lens = LensOfRays(fits);
-  images->missing = lens ? NoSeenGuides::kNone : NoSeenGuides::kFocal;
   if (lens) {
+    images->missing = NoSeenGuides::kNone;
     SetHitGuides({ConvertHitDistance(*Plane1(Aov::kHitDistance), layout_.hit_distance),
                   Plane1(Aov::kSeenDepth).value_or(Image1()), Colour(Aov::kSeenNormal),
                   Colour(Aov::kSeenAlbedo)},
                  *lens, &frame_, images);
+  } else if (frame_.reflection.empty()) {
+    images->missing = NoSeenGuides::kFocal;
   }
 }
 

@@ -297,6 +297,12 @@ TEST(ImagesInMirrors, WrongDepthAndMotionAreNamed) {
   EXPECT_EQ(FindingsOf(sequence, {"auto", {"specular_motion=specular_motion"}}),
             Names{"image_motion_wrong"});
   sequence = clean;
+  for (NumberedImage& f : sequence) {
+    f.image.Add("hits.Z", PixelType::kFloat, Image1(f.image.width, f.image.height));
+  }
+  EXPECT_EQ(FindingsOf(sequence, {"auto", {"reflection_depth=none", "hit_distance=hits"}}),
+            Names{"hit_distance_zero"});
+  sequence = clean;
   ChangeChannel(&sequence, "reflection_albedo.G",
                 [](float v, int x, int y) { return x == 60 && y == 30 ? std::nanf("") : v; });
   EXPECT_EQ(FindingsOf(sequence), Names{"not_finite"});

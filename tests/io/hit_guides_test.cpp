@@ -397,6 +397,24 @@ TEST(HitGuides, AnUnknownFocalLengthIsNoted) {
   EXPECT_FALSE(given.frame.reflection.empty());
 }
 
+/// Normals that are all parallel reveal no angle of view, but paths through mirrors do.
+TEST(HitGuides, LengthsOfPathsRevealTheFocalLength) {
+  const RoomPicture picture = Picture();
+  ExrImage image = FileWith(picture, HitsOf(picture, picture.expected), "nothing");
+  for (Channel& channel : image.channels) {
+    if (channel.name.starts_with("V.Normal.")) {
+      channel.values.Fill(channel.name.ends_with("Z") ? -1.0f : 0.0f);
+    }
+  }
+  const Understood file = Import(image);
+  EXPECT_EQ(file.images.missing, io::NoSeenGuides::kNone);
+  const Comparison mirror = Compare(file.frame.reflection, picture.expected);
+  EXPECT_GT(mirror.found, 0.95 * mirror.expected);
+  EXPECT_GT(mirror.right, 0.95 * mirror.found);
+  EXPECT_EQ(Import(image, {"hit_distance=Hit", "seen_depth=none"}).images.missing,
+            io::NoSeenGuides::kFocal);
+}
+
 TEST(HitGuides, LayersThatCannotBeUsedAreNoted) {
   const RoomPicture picture = Picture();
   const Image1 hits = HitsOf(picture, picture.expected);

@@ -213,5 +213,111 @@ TEST_F(Images, KnownCamerasGiveTheExactMotion) {
   EXPECT_GT(right, 0.985 * shown);
 }
 
+/// The images of a frame as its own file and those of another one give them.
+struct Moved {
+  int shown = 0;
+  int right = 0;  ///< of the motion that is expected, up to 0.02 pixels
+};
+
+Moved CompareMotion(const VirtualGuides& found, const VirtualGuides& expected, vec2 offset) {
+  Moved moved;
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      if (expected.depth(x, y) > 0 && found.depth(x, y) > 0) {
+        ++moved.shown;
+        moved.right +=
+            std::hypot(found.motion[0](x, y) - expected.motion[0](x, y) - offset.x,
+                       found.motion[1](x, y) - expected.motion[1](x, y) - offset.y) < 0.02f;
+      }
+    }
+  }
+  return moved;
+}
+
+/// A file with hit distances and the motion of reflections, without Denoising Data, whose motion
+/// reveals no camera.
+ExrImage FileWithHits(int64_t frame) {
+  RoomPicture picture = PictureOf(frame);
+  SpoilMotion(&picture);
+  Image1 hits(160, 120);
+  for (int y = 0; y < 120; ++y) {
+    for (int x = 0; x < 160; ++x) {
+      const float image = picture.expected.depth(x, y);
+      const auto secant =
+          static_cast<float>(glm::length(CameraOfFrame(frame).Ray(PointOfPixel(160, 120, x, y))));
+      hits(x, y) = image > 0 ? (image - picture.frame.guides.depth(x, y)) * secant : 0.0f;
+    }
+  }
+  ExrImage file = FileOf(picture, "Denoising");
+  file.Add("V.Hit.Z", PixelType::kFloat, hits);
+  file.Add("V.SpecVec.X", PixelType::kFloat, picture.expected.motion[0]);
+  file.Add("V.SpecVec.Y", PixelType::kFloat, picture.expected.motion[1]);
+  return file;
+}
+
+/// The reflection of frame 3, linked to frame 2.
+VirtualGuides LinkedReflection(const SequenceOptions& options) {
+  const Result<LoadedFile> first = LoadFile(options.files[0].input, options, false);
+  EXPECT_TRUE(first.ok());
+  const Result<AovLayout> layout = UnderstandAovs(first->image, options.aovs, "first");
+  EXPECT_TRUE(layout.ok()) << layout.status().message();
+  const Result<MotionPlan> plan = PlanMotion(options, *layout, first->image);
+  EXPECT_TRUE(plan.ok()) << plan.status().message();
+  const SequenceView view = {options, *layout, *plan};
+  const Result<SequenceFrame> before = LoadFrame(options.files[1], view, false);
+  Result<SequenceFrame> now = LoadFrame(options.files[2], view, false);
+  EXPECT_TRUE(before.ok() && now.ok());
+  LinkToPrevious(*before, view, &*now);
+  return now->frame.reflection;
+}
+
+class HitImages : public Images {
+ protected:
+  /// \param jitter  of frames 2 and 3; of one that has none, empty
+  SequenceOptions WriteHits(const std::vector<std::string>& mappings,
+                            const std::string& jitter_before = "", const std::string& jitter = "") {
+    SequenceOptions options = Write({1, 2, 3, 4});
+    for (const SequenceFile& file : options.files) {
+      ExrImage image = FileWithHits(file.frame);
+      const std::string& text = file.frame == 2 ? jitter_before : file.frame == 3 ? jitter : "";
+      if (!text.empty()) {
+        image.attributes["jitter"] = text;
+      }
+      EXPECT_TRUE(WriteExr(file.input, image).ok());
+    }
+    options.aovs.mappings = mappings;
+    return options;
+  }
+};
+
+TEST_F(HitImages, FollowKnownCameras) {
+  SequenceOptions options = WriteHits({"hit_distance=Hit"});
+  const Run without = Denoise(options);
+  EXPECT_THAT(without.notes, ElementsAre(HasSubstr("reflections do not follow V.Hit, and are "
+                                                   "blurred where they move: V.Vector is not")));
+  EXPECT_THAT(without.missing, Each(Not(IsEmpty())));
+  WriteCameras(&options);
+  const Run with = Denoise(options);
+  EXPECT_THAT(with.notes, ElementsAre("reflections follow V.Hit"));
+  EXPECT_THAT(with.missing, Each(IsEmpty()));
+  const Moved moved = CompareMotion(LinkedReflection(options), PictureOf(3).expected, vec2(0.0f));
+  EXPECT_GT(moved.shown, 2000);
+  EXPECT_GT(moved.right, 0.985 * moved.shown);
+}
+
+TEST_F(HitImages, FollowTheMotionThatIsGiven) {
+  SequenceOptions options =
+      WriteHits({"hit_distance=Hit", "specular_motion=SpecVec,y_down"}, "0.25 0.1", "-0.2 0.3");
+  const Moved moved = CompareMotion(LinkedReflection(options), PictureOf(3).expected, vec2(0.0f));
+  EXPECT_GT(moved.shown, 2000);
+  EXPECT_GT(moved.right, 0.985 * moved.shown);
+  // With known cameras, too, what is given counts; and the jitter of both frames is taken off.
+  WriteCameras(&options);
+  options.aovs.mappings = {"hit_distance=Hit", "specular_motion=SpecVec,y_down,jittered"};
+  const Moved jittered = CompareMotion(LinkedReflection(options), PictureOf(3).expected,
+                                       vec2(0.25f + 0.2f, 0.1f - 0.3f));
+  EXPECT_GT(jittered.right, 0.985 * jittered.shown);
+}
+
 }  // namespace
 }  // namespace stillray::images_test
