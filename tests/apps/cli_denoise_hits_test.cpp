@@ -139,9 +139,6 @@ class HitDistances : public ::testing::Test {
     Program({"render", "builtin:mirrors", "-o", folder_ / "in", "--size", "160x90", "--frames",
              std::to_string(kFirst) + "-" + std::to_string(kLast), "--no-jitter", "--format", "exr",
              "--save-inputs", "--device", "cpu"});
-    Program({"render", "builtin:mirrors", "-o", folder_ / "ref", "--size", "160x90", "--frames",
-             std::to_string(kLast) + "-" + std::to_string(kLast), "--no-jitter", "--format", "exr",
-             "--reference", "128", "--seed", "1000", "--device", "cpu"});
     for (int frame = kFirst; frame <= kLast; ++frame) {
       const Result<ExrImage> image = ReadExr(FrameFileName(folder_ / "in/noisy.####.exr", frame));
       ASSERT_TRUE(image.ok()) << image.status().message();
@@ -197,6 +194,9 @@ class HitDistances : public ::testing::Test {
 TEST_F(HitDistances, KeepReflectionsSharp) {
   ASSERT_GT(mirror_.size(), 4000u);
   const std::string hits = folder_ / "hits.####.exr";
+  Program({"render", "builtin:mirrors", "-o", folder_ / "ref", "--size", "160x90", "--frames",
+           std::to_string(kLast) + "-" + std::to_string(kLast), "--no-jitter", "--format", "exr",
+           "--reference", "128", "--seed", "1000", "--device", "cpu"});
   const Image3 truth = PictureAt(FrameFileName(folder_ / "ref/reference.####.exr", kLast));
   const double images = Apart(Denoised(folder_ / "in/noisy.####.exr", "images", {}), truth);
   const double without = Apart(Denoised(hits, "without", {}), truth);
