@@ -30,6 +30,10 @@ class DenoiserBackend {
   virtual Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                          DenoisedFrame* out) = 0;
   virtual Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) = 0;
+  /// The images that mirrors show in the next frame to be denoised, whose specular albedo includes
+  /// theirs: see sum_albedo. Only for devices, of parts of a frame (LayeredDenoiser).
+  /// \param images  of FindImages, until that frame has been denoised; nullptr: none
+  virtual void ShowImages(const Image1* /*images*/) {}
   virtual Status SetSettings(const Settings& settings) = 0;
   virtual void SetResults(const Results& wanted) = 0;
   virtual Status ReadColour(Image3* colour) = 0;

@@ -10,6 +10,7 @@
 
 #include "core/guides.h"
 #include "core/parallel.h"
+#include "denoise/fill_guides/fill_guides.h"
 #include "denoise/picture_motion.h"
 #include "denoise/plan.h"
 #include "denoise/planes.h"
@@ -59,6 +60,12 @@ void AddTo(const Image3& more, Image3* sum) {
       }
     });
   }
+}
+
+/// Whether antialiasing sums the albedo of what is reflected: see SumsImageAlbedo in plan.cpp.
+bool SumsImageAlbedo(const Frame& frame, const Settings& settings) {
+  return !frame.guides.specular_albedo.empty() &&
+         !(settings.fill_guides && HasIncompleteGuides(frame));
 }
 
 /// The light of a layer with its selected guides, as a frame.
@@ -327,6 +334,7 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
                                       DenoisedFrame* out) {
   Frame rest = WithoutLayers(frame);
   std::array<DenoisedFrame, kImageCount> pictures;
+  std::array<Image1, kImageCount> images;
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] == nullptr) {
       continue;
@@ -334,15 +342,23 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
     const PlannedLayer& planned = *LayerOf(list_, kImages[i]);
     const Frame of_layer = MakeLayerFrame(frame, kImages[i], settings_);
     layer_[i]->SetResults(Results());
-    FollowImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
-                 OtherAlbedoOf(frame.guides, kImages[i]), &rest.guides.motion);
+    FindImages(frame.guides, of_layer.guides, SurfaceAlbedoOf(frame.guides, kImages[i]),
+               OtherAlbedoOf(frame.guides, kImages[i]), &images[i]);
+    FollowImages(images[i], frame.guides, of_layer.guides.motion, &rest.guides.motion);
     STILLRAY_RETURN_IF_ERROR(layer_[i]->Denoise(
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
     AddTo(pictures[i].colour, &rest.emission);
+    if (kImages[i] == GuideSource::kReflection && SumsImageAlbedo(frame, settings_)) {
+      // For sum_albedo alone: the rest has no light that it divides.
+      rest.guides.specular_albedo = of_layer.guides.specular_albedo;
+      main_->ShowImages(&images[i]);
+    }
   }
   const std::vector<SignalHistory> of_rest = FutureWithoutLayers(frame, future);
-  STILLRAY_RETURN_IF_ERROR(main_->Denoise(rest, of_rest, out));
+  const Status denoised = main_->Denoise(rest, of_rest, out);
+  main_->ShowImages(nullptr);
+  STILLRAY_RETURN_IF_ERROR(denoised);
   AddLayers(pictures, out);
   return Status::Ok();
 }

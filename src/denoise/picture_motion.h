@@ -1,21 +1,30 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The motion that temporal antialiasing follows.
+/// What temporal antialiasing follows where the picture is that of a virtual image.
 #pragma once
 
 #include "stillray/frame.h"
 
 namespace stillray {
 
-/// Replaces the motion of pixels whose light is almost all that of a virtual image by the motion of
-/// the image: there edges and textures are those of what is seen.
+/// The pixels whose light is almost all that of a virtual image, and whose image has a motion.
 /// \param surface   of the frame
 /// \param selected  of the layer (see select_guides)
 /// \param albedo    of the surface, that divides the layer's light; empty: white
 /// \param other     of the surface, that divides the light of the other kind of image; empty: black
-/// \param motion    [in,out] of the surface; unchanged if it is empty
-void FollowImages(const Guides& surface, const Guides& selected, const Image3& albedo,
-                  const Image3& other, Image2* motion);
+/// \param images    [out] depth of the image; 0: the pixel shows none, or more. Resized if needed.
+///     Without motion all are 0.
+void FindImages(const Guides& surface, const Guides& selected, const Image3& albedo,
+                const Image3& other, Image1* images);
+
+/// Replaces the motion of pixels that show an image by that of the image: there edges and textures
+/// are those of what is seen.
+/// \param images        of FindImages
+/// \param surface       of the frame
+/// \param image_motion  of the layer
+/// \param motion        [in,out] of the surface; unchanged if it is empty
+void FollowImages(const Image1& images, const Guides& surface, const Image2& image_motion,
+                  Image2* motion);
 
 }  // namespace stillray

@@ -27,6 +27,11 @@ SHARED_FN bool ShowsLittleElse(float surface_depth, float selected_depth, float 
          diffuse < kMostDiffuse * seen && other <= seen;
 }
 
+// Depth of the image that a pixel shows and little else; 0: none. The sky is finite.
+SHARED_FN float ShownImage(float selected_depth, bool shows_little_else) {
+  return shows_little_else ? min(selected_depth, 1e30f) : 0.0f;
+}
+
 // Whether a neighbour of a surface is another one by its depth.
 SHARED_FN bool IsOtherSurface(float depth, float neighbour) {
   return abs(neighbour - depth) > 0.1f * depth;

@@ -220,6 +220,16 @@ int DiffuseSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   return static_cast<int>(end - signals.begin());
 }
 
+/// Whether the albedo of reflected light is summed with that of what is seen. Where guides are
+/// filled, most pixels have no image: beside those that have one it would be another albedo.
+bool SumsImageAlbedo(const FrameFacts& facts, const FramePlan& plan) {
+  const bool reflects = std::any_of(
+      plan.layers.begin(), plan.layers.end(),
+      [](const PlannedLayer& layer) { return layer.guides == GuideSource::kReflection; });
+  const bool has_albedo = (facts.albedos & 2u) != 0;
+  return has_albedo && !plan.runs.fill_guides && (reflects || facts.has_image_albedo);
+}
+
 void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
@@ -296,6 +306,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                           ? DiffuseSignals(plan->signals, ~0u)
                           : 0,
       .clamp_light = Int(KeepsAlbedo(s) && facts.albedos != 0),
+      .image_albedo = Int(KeepsAlbedo(s) && SumsImageAlbedo(facts, *plan)),
       .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/picture_motion.h"
 
+#include <limits>
+
 #include <gtest/gtest.h>
 
 #include "denoise/test_frames.h"
@@ -38,9 +40,14 @@ struct Wall {
       }
     }
   }
+  Image1 Images() const {
+    Image1 images;
+    FindImages(surface, selected, albedo, other, &images);
+    return images;
+  }
   Image2 Motion() const {
     Image2 motion = surface.motion;
-    FollowImages(surface, selected, albedo, other, &motion);
+    FollowImages(Images(), surface, selected.motion, &motion);
     return motion;
   }
 };
@@ -51,6 +58,17 @@ TEST(PictureMotion, FollowsImagesExceptNearSilhouettes) {
     EXPECT_EQ(motion[0](x, 8), x < kWidth / 2 - 2 ? 2 : 1) << x;
     EXPECT_EQ(motion[1](x, 8), 0);
   }
+}
+
+TEST(PictureMotion, ImagesAreFoundWithTheirDepth) {
+  Wall wall;
+  wall.selected.depth(3, 8) = std::numeric_limits<float>::infinity();
+  const Image1 images = wall.Images();
+  for (int x = 0; x < kWidth; ++x) {
+    EXPECT_EQ(images(x, 8), x == 3 ? 1e30f : (x < kWidth / 2 ? 20 : 0)) << x;
+  }
+  wall.selected.motion = Image2();
+  EXPECT_EQ(wall.Images()(5, 8), 0);
 }
 
 TEST(PictureMotion, FollowsSurfacesThatAreDiffuseToo) {
@@ -85,7 +103,7 @@ TEST(PictureMotion, FollowsSurfacesWhoseImageHasNoMotion) {
 TEST(PictureMotion, NoMotionStaysNone) {
   const Wall wall;
   Image2 none;
-  FollowImages(wall.surface, wall.selected, wall.albedo, wall.other, &none);
+  FollowImages(wall.Images(), wall.surface, wall.selected.motion, &none);
   EXPECT_TRUE(none.empty());
 }
 

@@ -142,7 +142,11 @@ struct Texture {
         depth_before(kWidth, kHeight) {
     const Image3 parts[2] = {RandomImage(140), RandomImage(160)};
     const Image3* const albedos[2] = {&parts[0], &parts[1]};
-    reference::SumAlbedo(albedos, &albedo);
+    Image1 images(kWidth, kHeight);
+    for (int y = 0; y < kHeight; ++y) {
+      std::fill_n(images.Row(y) + kWidth / 2, kWidth / 4, 5.0f);  // with edges in the picture
+    }
+    reference::SumAlbedo(albedos, &images, &albedo);
     for (int y = 0; y < kHeight; ++y) {
       for (int x = 0; x < kWidth; ++x) {
         length(x, y) = static_cast<float>((x / 3 + y) % 9);

@@ -185,6 +185,98 @@ TEST(VirtualGuides, EdgesOfTheImageStayWhole) {
   }
 }
 
+/// Bright lines a third of a pixel wide. \param x  from the left edge, pixels
+float ThinLines(float x) {
+  return std::fmod(x, 3.7f) < 1.0f / 3 ? 1.0f : 0.1f;
+}
+
+/// The lines in a mirror or on the wall itself; every frame has one point of each pixel. Without
+/// noise.
+Frame MakeThinLines(int64_t index, bool in_mirror) {
+  Frame f = MakeWall(kWidth, kHeight, index);
+  f.jitter_x = static_cast<float>((index * 5) % 16) / 16 - 0.46875f;
+  Image3 texture(kWidth, kHeight);
+  test::FillImage<3>(&texture, [&](int x, int, int) {
+    return ThinLines(static_cast<float>(x) + 0.5f + f.jitter_x);
+  });
+  for (int c = 0; c < 3; ++c) {
+    f.guides.albedo[c].Fill(0);
+    f.guides.specular_albedo[c].Fill(in_mirror ? 0.9f : 0.0f);
+  }
+  if (in_mirror) {
+    f.guides.roughness.Fill(0);
+    f.reflection = OwnGuides(f);
+    f.reflection.depth.Fill(10);
+    f.reflection.albedo = texture;
+  } else {
+    f.guides.albedo = texture;
+  }
+  Image3& light =
+      Light(&f, in_mirror ? SignalKind::kIndirectSpecular : SignalKind::kIndirectDiffuse);
+  test::FillImage<3>(&light, [&](int x, int y, int c) { return texture[c](x, y) * 0.9f; });
+  return f;
+}
+
+/// Root mean square error of the last of 40 frames, against the mean over the area of each pixel.
+double ErrorOfThinLines(bool in_mirror) {
+  std::vector<Frame> frames;
+  for (int64_t i = 0; i < 40; ++i) {
+    frames.push_back(MakeThinLines(i, in_mirror));
+  }
+  const Image3 picture = Denoised(PresetSettings("default").value(), frames);
+  constexpr int kPoints = 64;  // of a pixel
+  double sum = 0;
+  for (int x = 8; x < kWidth - 8; ++x) {
+    double mean = 0;
+    for (int i = 0; i < kPoints; ++i) {
+      const float at = static_cast<float>(x) + (static_cast<float>(i) + 0.5f) / kPoints;
+      mean += 0.9 / kPoints * static_cast<double>(ThinLines(at));
+    }
+    sum += std::pow(static_cast<double>(picture[1](x, kHeight / 2)) - mean, 2);
+  }
+  return std::sqrt(sum / (kWidth - 16));
+}
+
+// The rays of most frames miss them: clamped to the light of one frame they would vanish.
+TEST(VirtualGuides, ThinLinesInAMirrorAreAsOnAWall) {
+  const double on_wall = ErrorOfThinLines(false);
+  EXPECT_LT(on_wall, 0.06);
+  EXPECT_LT(ErrorOfThinLines(true), 1.2 * on_wall);
+}
+
+/// A white bar that moves by three pixels per frame in a mirror, before a black wall.
+Frame MakeBarInMirror(int index) {
+  const auto is_bar = [&](int x) { return x >= 3 * index - 9 && x < 3 * index; };
+  Frame f = MakeThinLines(index, true);
+  f.jitter_x = 0.25f * static_cast<float>(index % 4) - 0.375f;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      f.reflection.depth(x, y) = is_bar(x) ? 8.0f : 10.0f;
+      f.reflection.motion[0](x, y) = is_bar(x) ? -3.0f : 0.0f;
+      for (int c = 0; c < 3; ++c) {
+        f.reflection.albedo[c](x, y) = is_bar(x) ? 0.9f : 0.1f;
+      }
+    }
+  }
+  test::FillImage<3>(&Light(&f, SignalKind::kIndirectSpecular),
+                     [&](int x, int y, int c) { return 0.9f * f.reflection.albedo[c](x, y); });
+  return f;
+}
+
+TEST(VirtualGuides, WhatMovesInAMirrorLeavesNoTrail) {
+  constexpr int kLast = 12;
+  std::vector<Frame> frames;
+  for (int i = 0; i <= kLast; ++i) {
+    frames.push_back(MakeBarInMirror(i));
+  }
+  const Image3 picture = Denoised(PresetSettings("default").value(), frames);
+  for (int x = 3; x < kWidth - 3; ++x) {
+    if (x < 3 * kLast - 11 || x > 3 * kLast + 1) {  // the wall, but for the pixels at the bar
+      EXPECT_NEAR(picture[1](x, kHeight / 2), 0.09f, 0.005f) << x;
+    }
+  }
+}
+
 TEST(VirtualGuides, TheSkyInAMirrorIsLightLikeOther) {
   Frame f = MakeMirror(0, true);
   f.reflection.depth.Fill(kInfinity);

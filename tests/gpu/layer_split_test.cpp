@@ -174,6 +174,14 @@ struct Selected {
   }
 };
 
+/// The images that pixels of a layer show.
+Image1 ImagesOf(const Frame& f, const Guides& selected, GuideSource source) {
+  Image1 images;
+  FindImages(f.guides, selected, SurfaceAlbedoOf(f.guides, source), OtherAlbedoOf(f.guides, source),
+             &images);
+  return images;
+}
+
 constexpr GuideSource kSources[] = {GuideSource::kReflection, GuideSource::kRefraction};
 
 class LayerSplitTest : public test::DeviceTest {
@@ -205,13 +213,16 @@ class LayerSplitTest : public test::DeviceTest {
     }
   }
 
-  void ExpectLayer(const vulkan::LayerImages& found, const Selected& expected) {
+  /// \param images  of FindImages
+  void ExpectLayer(const vulkan::LayerImages& found, const Selected& expected,
+                   const Image1& images) {
     const Guides& g = expected.guides;
     ExpectPlane(found.depth, g.depth);
     ExpectPlane(found.roughness, g.roughness);
     ExpectPlanes(found.normal, g.normal);
     ExpectPlanes(found.motion, g.motion);
     ExpectPlanes(found.albedo, expected.albedo);
+    ExpectSamePlane(PlanesOf<float, 4>(device_.get(), *found.albedo)[3], images);
     ExpectPlanes(found.previous_normal, g.previous_normal);
     test::ExpectEqual(PlanesOf<uint32_t, 1>(device_.get(), *found.id)[0], g.id);
   }
@@ -258,7 +269,7 @@ class LayerSplitTest : public test::DeviceTest {
     const Selected expected(f, source);
     const Image3& own = SurfaceAlbedoOf(f.guides, source);
     const size_t light = source == GuideSource::kReflection ? 2 : 4;
-    EXPECT_NO_FATAL_FAILURE(ExpectLayer(images, expected));
+    EXPECT_NO_FATAL_FAILURE(ExpectLayer(images, expected, ImagesOf(f, expected.guides, source)));
     EXPECT_NO_FATAL_FAILURE(
         ExpectMoments(images.direct_moment, f.signals[light], f, own, expected));
     EXPECT_NO_FATAL_FAILURE(
@@ -283,8 +294,7 @@ class LayerSplitTest : public test::DeviceTest {
       SCOPED_TRACE(source == GuideSource::kReflection ? "reflection" : "refraction");
       layers.push_back(MakeExpectedLayer(f, stays, source, split));
       const Selected selected(f, source);
-      FollowImages(f.guides, selected.guides, SurfaceAlbedoOf(f.guides, source),
-                   OtherAlbedoOf(f.guides, source), &motion);
+      FollowImages(ImagesOf(f, selected.guides, source), f.guides, selected.guides.motion, &motion);
       const Image3& picture = f.signals[source == GuideSource::kReflection ? 0 : 1].radiance;
       for (int c = 0; c < 3; ++c) {
         for (int y = 0; y < f.height; ++y) {
@@ -355,13 +365,13 @@ TEST(LayerSplit, TheRandomFrameShowsImagesAndFollowsThem) {
   const Selected selected(f, GuideSource::kReflection);
   const Selected through(f, GuideSource::kRefraction);
   Image2 motion = f.guides.motion;
-  FollowImages(f.guides, selected.guides, f.guides.specular_albedo, f.guides.transmission_albedo,
-               &motion);
+  FollowImages(ImagesOf(f, selected.guides, GuideSource::kReflection), f.guides,
+               selected.guides.motion, &motion);
   int others = 0;
   int followed_others = 0;
   Image2 motion_through = f.guides.motion;
-  FollowImages(f.guides, through.guides, f.guides.transmission_albedo, f.guides.specular_albedo,
-               &motion_through);
+  FollowImages(ImagesOf(f, through.guides, GuideSource::kRefraction), f.guides,
+               through.guides.motion, &motion_through);
   int images = 0;
   int followed = 0;
   int skies = 0;

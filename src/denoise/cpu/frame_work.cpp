@@ -124,9 +124,9 @@ size_t LayerWork::bytes() const {
 }
 
 size_t FrameWork::bytes() const {
-  size_t sum = picture.bytes() + motion.bytes() + spline.bytes() + albedo.bytes() +
-               albedo_spline.bytes() + albedo_out.bytes() + followed_blocks.bytes() +
-               followed.bytes() + ratio.bytes() + fill_guides.bytes();
+  size_t sum = picture.bytes() + motion.bytes() + images.bytes() + refracted_images.bytes() +
+               spline.bytes() + albedo.bytes() + albedo_spline.bytes() + albedo_out.bytes() +
+               followed_blocks.bytes() + followed.bytes() + ratio.bytes() + fill_guides.bytes();
   for (const LayerWork& layer : layers) {
     sum += layer.bytes();
   }

@@ -69,8 +69,10 @@ struct LayerWork {
 /// Work planes of one frame.
 struct FrameWork {
   std::vector<LayerWork> layers;
-  Image3 picture;        ///< before it is antialiased
-  Image2 motion;         ///< of the picture; empty until there are virtual guides
+  Image3 picture;  ///< before it is antialiased
+  Image2 motion;   ///< of the picture; empty until there are virtual guides
+  Image1 images;   ///< of FindImages, as the next; empty until there are virtual guides
+  Image1 refracted_images;
   Image3 spline;         ///< coefficients of the last picture; empty unless it is resampled so
   SummedAlbedo albedo;   ///< of sum_albedo, as the next two; empty unless it runs
   Image3 albedo_spline;  ///< coefficients of the last frame's antialiased albedo

@@ -29,7 +29,7 @@
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
 //   remodulate           -        colours, albedo, unfiltered    picture
 //   fxaa                 9        picture, length                picture
-//   sum_albedo           8        albedos                        albedo, range        (its antialiased sum is kept for the next frame)
+//   sum_albedo           8        albedos, images                albedo, range        (its antialiased sum is kept for the next frame)
 //   spline_coefficients  4        last picture, last albedo      coefficients         (only where something moves)
 //   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second picture)
 //   antialias            4x4      picture, coefficients, motion  picture              kept for the next frame
@@ -303,8 +303,11 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   for (size_t i = 0; i < plan.layers.count; ++i) {
     const GuideSource source = plan.layers.layer[i].guides;
     if (source != GuideSource::kSurface) {
-      FollowImages(in.guides, work->layers[i].selected, SurfaceAlbedoOf(in.guides, source),
-                   OtherAlbedoOf(in.guides, source), &work->motion);
+      const Guides& selected = work->layers[i].selected;
+      Image1* images = source == GuideSource::kReflection ? &work->images : &work->refracted_images;
+      FindImages(in.guides, selected, SurfaceAlbedoOf(in.guides, source),
+                 OtherAlbedoOf(in.guides, source), images);
+      FollowImages(*images, in.guides, selected.motion, &work->motion);
     }
   }
   return work->motion;
@@ -326,16 +329,28 @@ bool Moves(const Image2& motion) {
   return false;
 }
 
+/// The albedo of reflected light, with that of what is seen where images are.
+const Image3& ReflectedAlbedo(const CpuPipeline& p, const Guides& guides, const FrameWork& work) {
+  for (size_t i = 0; p.plan.antialias.image_albedo != 0 && i < p.plan.layers.count; ++i) {
+    if (p.plan.layers.layer[i].guides == GuideSource::kReflection) {
+      return work.layers[i].selected.specular_albedo;
+    }
+  }
+  return guides.specular_albedo;
+}
+
+/// PictureMotion has found the images.
 void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
   std::array<const Image3*, 3> given = {};
   size_t count = 0;
   for (const Image3* albedo :
-       {&guides.albedo, &guides.specular_albedo, &guides.transmission_albedo}) {
+       {&guides.albedo, &ReflectedAlbedo(p, guides, *work), &guides.transmission_albedo}) {
     if (!albedo->empty()) {
       given[count++] = albedo;
     }
   }
-  p.stages.sum_albedo({given.data(), count}, &work->albedo);
+  const Image1* images = p.plan.antialias.image_albedo != 0 ? &work->images : nullptr;
+  p.stages.sum_albedo({given.data(), count}, images, &work->albedo);
 }
 
 /// \return the ratio of the light to that of the last frame, per block
@@ -436,6 +451,7 @@ void RunFrame(const CpuPipeline& p, const Frame& frame, std::span<const SignalHi
     std::swap(history->picture, work->picture);
     if (plan.after.has_albedo) {
       const StageTimer timer(&out->timings, "antialias");
+      PictureMotion(p.plan, in, work);
       RunSumAlbedo(p, in.guides, work);
       std::swap(history->albedo, work->albedo.sum);
     }

@@ -524,8 +524,12 @@ HWY_INLINE void ClampAlbedo(const RowsAround& rows, const AntialiasInput& in, co
                             const PreviousPixels& at, int x, int y, VF albedo[3]) {
   const DF d;
   const MF beside = BesideSurface<kInner>(rows, x, y, in.previous.width(), in.previous.height());
-  const MF clamps = hn::Or(hn::Or(YoungPixels(in, x, y), beside),
-                           WereBesideSurface(*in.texture->depth_before, at.place));
+  MF clamps = hn::Or(hn::Or(YoungPixels(in, x, y), beside),
+                     WereBesideSurface(*in.texture->depth_before, at.place));
+  const Image1& beside_image = in.texture->albedo.beside_image;
+  if (!beside_image.empty()) {
+    clamps = hn::Or(clamps, hn::Gt(hn::LoadU(d, beside_image.Row(y) + x), hn::Zero(d)));
+  }
   for (int c = 0; c < 3; ++c) {
     const VF inside = hn::Min(hn::Max(albedo[c], hn::LoadU(d, rows.texture.low[c] + x)),
                               hn::LoadU(d, rows.texture.high[c] + x));

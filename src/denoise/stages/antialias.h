@@ -24,9 +24,9 @@
 /// the previous picture and the previous albedo is a mean of light, with the albedos as weights. It
 /// is clamped to that of the 3x3 neighbourhood and multiplied by the previous albedo, which is only
 /// clamped to the range of the albedo in some 12x12 pixels, so that textures that change are
-/// followed; to that in 3x3 pixels where it may be that of another surface, in this frame or the
-/// last one. The result stays within the range of the picture in 3x3 pixels, widened where the
-/// albedo is outside its own there.
+/// followed; to that in 3x3 pixels where it may be that of another surface or of another image in a
+/// mirror, in this frame or the last one. The result stays within the range of the picture in 3x3
+/// pixels, widened where the albedo is outside its own there.
 ///
 /// State: the previous output, and with `texture` its albedo. Border: 1 pixel, with `texture` 2;
 /// reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel; with `texture`

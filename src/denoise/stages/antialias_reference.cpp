@@ -167,8 +167,9 @@ vec3 PreviousAlbedo(const AntialiasInput& in, const Range& around, vec2 place, i
   const vec3 before = Sample({*in.texture->before, in.texture->spline}, place);
   const vec3 inside = Clamp(before, {Load(albedo.low, bx, by), Load(albedo.high, bx, by)});
   const float n = in.samples == nullptr ? 1.0f : (*in.samples)(x, y);
+  const bool beside_image = !albedo.beside_image.empty() && albedo.beside_image(x, y) != 0;
   const bool clamps = IsYoung((*in.length)(x, y), n) || IsBesideSurface(in.guides, x, y) ||
-                      WasBesideSurface(*in.texture->depth_before, place);
+                      WasBesideSurface(*in.texture->depth_before, place) || beside_image;
   return clamps ? Clamp(inside, around) : inside;
 }
 

@@ -17,6 +17,7 @@ SHARED_BLOCK(AntialiasParameters) {
   int spline;           // 1: the last picture is resampled with a B-spline, 0: Catmull-Rom
   int follow_light;     // signals that follow_light compares, the first ones; 0: it does not run
   int clamp_light;      // 1: the light of the last picture is clamped, 0: the last picture
+  int image_albedo;     // 1: the albedo of reflected light is that of the images that mirrors show
   float tone_scale;     // pictures are blended under x / (1 + tone_scale x); 0: as linear light
 };
 

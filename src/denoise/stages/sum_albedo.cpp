@@ -97,6 +97,78 @@ HWY_AFTER_NAMESPACE();
 
 #if HWY_ONCE
 namespace stillray {
+namespace {
+
+/// An empty range, which the border of a plane of blocks keeps.
+void FillWithFarthest(Image1* plane) {
+  for (int y = -1; y <= plane->height(); ++y) {
+    std::fill_n(plane->Row(y) - 1, plane->width() + 2, std::numeric_limits<float>::max());
+  }
+}
+
+/// The ranges of the images' depths in the blocks y0..y1.
+void FindImageRanges(const Image1& images, int y0, int y1, SummedAlbedo* out) {
+  for (int by = y0; by < y1; ++by) {
+    const int end = std::min((by + 1) * kAlbedoBlock, images.height());
+    for (int bx = 0; bx < out->low.width(); ++bx) {
+      const int x0 = bx * kAlbedoBlock;
+      const int x1 = std::min(x0 + kAlbedoBlock, images.width());
+      float nearest = std::numeric_limits<float>::max();
+      float farthest = 0;
+      for (int y = by * kAlbedoBlock; y < end; ++y) {
+        const float* row = images.Row(y);
+        for (int x = x0; x < x1; ++x) {
+          nearest = std::min(nearest, row[x]);
+          farthest = std::max(farthest, row[x]);
+        }
+      }
+      out->block_nearest(bx, by) = nearest;
+      out->block_farthest(bx, by) = farthest;
+    }
+  }
+}
+
+/// Marks the pixels of a block that show an image beside another one.
+void MarkBlock(const Image1& images, int bx, int by, SummedAlbedo* out) {
+  float nearest = std::numeric_limits<float>::max();
+  float farthest = 0;
+  for (int j = -1; j <= 1; ++j) {
+    for (int i = -1; i <= 1; ++i) {
+      nearest = std::min(nearest, out->block_nearest(bx + i, by + j));
+      farthest = std::max(farthest, out->block_farthest(bx + i, by + j));
+    }
+  }
+  const int y1 = std::min((by + 1) * kAlbedoBlock, images.height());
+  const int x1 = std::min((bx + 1) * kAlbedoBlock, images.width());
+  for (int y = by * kAlbedoBlock; y < y1; ++y) {
+    const float* row = images.Row(y);
+    float* beside = out->beside_image.Row(y);
+    for (int x = bx * kAlbedoBlock; x < x1; ++x) {
+      beside[x] = IsBesideImage(row[x], nearest, farthest) ? 1.0f : 0.0f;
+    }
+  }
+}
+
+void MarkImages(const Image1& images, SummedAlbedo* out) {
+  const int width = images.width();
+  const int height = images.height();
+  if (out->beside_image.empty()) {
+    out->beside_image = Image1(width, height);
+    out->block_nearest = Image1(AlbedoBlocks(width), AlbedoBlocks(height), 1);
+    out->block_farthest = Image1(AlbedoBlocks(width), AlbedoBlocks(height), 1);
+    FillWithFarthest(&out->block_nearest);
+  }
+  ParallelRows(out->low.height(), 4, [&](int y0, int y1) { FindImageRanges(images, y0, y1, out); });
+  ParallelRows(out->low.height(), 4, [&](int y0, int y1) {
+    for (int by = y0; by < y1; ++by) {
+      for (int bx = 0; bx < out->low.width(); ++bx) {
+        MarkBlock(images, bx, by, out);
+      }
+    }
+  });
+}
+
+}  // namespace
 
 SummedAlbedo::SummedAlbedo(int width, int height)
     : sum(width, height),
@@ -106,9 +178,7 @@ SummedAlbedo::SummedAlbedo(int width, int height)
       block_high(AlbedoBlocks(width), AlbedoBlocks(height), 1) {
   // The border stays; zeros of `block_high` are an empty range already.
   for (int c = 0; c < 3; ++c) {
-    for (int y = -1; y <= low.height(); ++y) {
-      std::fill_n(block_low[c].Row(y) - 1, low.width() + 2, std::numeric_limits<float>::max());
-    }
+    FillWithFarthest(&block_low[c]);
   }
 }
 
@@ -117,7 +187,12 @@ namespace cpu {
 HWY_EXPORT(SumBlockRows);
 HWY_EXPORT(SpreadRows);
 
-void SumAlbedo(std::span<const Image3* const> albedos, SummedAlbedo* out) {
+void SumAlbedo(std::span<const Image3* const> albedos, const Image1* images, SummedAlbedo* out) {
+  if (images != nullptr) {
+    MarkImages(*images, out);
+  } else {
+    out->beside_image = Image1();
+  }
   ParallelRows(out->low.height(), 4, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(SumBlockRows)(albedos, y0, y1, out);
   });

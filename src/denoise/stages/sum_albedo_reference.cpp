@@ -6,8 +6,38 @@
 #include "denoise/stages/sum_albedo.h"
 
 namespace stillray::reference {
+namespace {
 
-void SumAlbedo(std::span<const Image3* const> albedos, SummedAlbedo* out) {
+/// Marks pixels that show an image beside another one.
+void MarkImages(const Image1& images, Image1* beside) {
+  const int width = images.width();
+  const int height = images.height();
+  *beside = Image1(width, height);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      float nearest = images(x, y);
+      float farthest = nearest;
+      const int y0 = std::max(y / kAlbedoBlock - 1, 0) * kAlbedoBlock;
+      const int x0 = std::max(x / kAlbedoBlock - 1, 0) * kAlbedoBlock;
+      for (int v = y0; v < std::min((y / kAlbedoBlock + 2) * kAlbedoBlock, height); ++v) {
+        for (int u = x0; u < std::min((x / kAlbedoBlock + 2) * kAlbedoBlock, width); ++u) {
+          nearest = std::min(nearest, images(u, v));
+          farthest = std::max(farthest, images(u, v));
+        }
+      }
+      (*beside)(x, y) = IsBesideImage(images(x, y), nearest, farthest) ? 1.0f : 0.0f;
+    }
+  }
+}
+
+}  // namespace
+
+void SumAlbedo(std::span<const Image3* const> albedos, const Image1* images, SummedAlbedo* out) {
+  if (images != nullptr) {
+    MarkImages(*images, &out->beside_image);
+  } else {
+    out->beside_image = Image1();
+  }
   const int width = out->sum.width();
   const int height = out->sum.height();
   for (int c = 0; c < 3; ++c) {

@@ -30,7 +30,7 @@ uint IdAt(ivec2 p) {
 }
 
 bool ShowsLittleElseAt(ivec2 p) {
-  return texelFetch(selected_albedo, p, 0).w != 0.0f;
+  return texelFetch(selected_albedo, p, 0).w > 0.0f;
 }
 
 // Whether a pixel and those around it show images on one surface.

@@ -169,18 +169,20 @@ bool WasBesideSurface(vec2 place) {
 // 3x3 pixels.
 vec3 ClampAlbedo(ivec2 p, vec2 place, vec3 albedo, Range around) {
   ivec2 last = ivec2(AlbedoBlocks(width), AlbedoBlocks(height)) - 1;
-  vec3 low = vec3(kMostLight);
-  vec3 high = vec3(0.0f);
+  vec4 low = vec4(kMostLight);
+  vec4 high = vec4(0.0f, 0.0f, 0.0f, kNoImage);
   for (int j = -1; j <= 1; ++j) {
     for (int i = -1; i <= 1; ++i) {
       ivec2 block = clamp(p / kAlbedoBlock + ivec2(i, j), ivec2(0), last);
-      low = min(low, texelFetch(albedo_range, ivec3(block, 0), 0).xyz);
-      high = max(high, texelFetch(albedo_range, ivec3(block, 1), 0).xyz);
+      low = min(low, texelFetch(albedo_range, ivec3(block, 0), 0));
+      high = max(high, texelFetch(albedo_range, ivec3(block, 1), 0));
     }
   }
-  albedo = min(max(albedo, low), high);
+  albedo = min(max(albedo, low.xyz), high.xyz);
+  bool beside_image = antialias.image_albedo != 0 &&
+                      IsBesideImageByLog(texelFetch(albedo_sum, p, 0).w, low.w, high.w);
   if (!IsYoung(texelFetch(moments, ivec3(p, 0), 0).z, GivenSamples(p)) && !IsBesideSurface(p) &&
-      !WasBesideSurface(place)) {
+      !WasBesideSurface(place) && !beside_image) {
     return albedo;
   }
   return min(max(albedo, around.low), around.high);

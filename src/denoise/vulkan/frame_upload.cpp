@@ -136,6 +136,17 @@ void FrameUpload::WritePlanes(const Entry& entry, const Planes<float, N>& planes
   });
 }
 
+void FrameUpload::WriteFourth(const Entry& entry, const Image1& plane) {
+  auto* const start = reinterpret_cast<float*>(static_cast<char*>(staging_->mapped) + entry.offset);
+  for (int y = 0; y < height_; ++y) {
+    float* to = start + static_cast<ptrdiff_t>(y) * width_ * 4 + 3;
+    const float* from = plane.Row(y);
+    for (int x = 0; x < width_; ++x) {
+      to[x * 4] = from[x];
+    }
+  }
+}
+
 template <typename T>
 void FrameUpload::WritePlane(const Entry& entry, const Plane<T>& plane) {
   auto* const start = static_cast<char*>(staging_->mapped) + entry.offset;
@@ -145,7 +156,7 @@ void FrameUpload::WritePlane(const Entry& entry, const Plane<T>& plane) {
   }
 }
 
-Status FrameUpload::Write(const Frame& f) {
+Status FrameUpload::Write(const Frame& f, const Image1* images) {
   const Guides& g = f.guides;
   for (const Signal& signal : f.signals) {
     const auto k = static_cast<size_t>(signal.kind);
@@ -183,6 +194,9 @@ Status FrameUpload::Write(const Frame& f) {
   }
   if (!g.previous_normal.empty()) {
     WritePlanes(previous_normal_, g.previous_normal);
+  }
+  if (images != nullptr) {
+    WriteFourth(albedos_[1], *images);
   }
   return arena_.Flush();
 }

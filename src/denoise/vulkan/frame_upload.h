@@ -25,7 +25,8 @@ class FrameUpload {
   bool Fits(int width, int height, const FrameFacts& facts) const;
 
   /// Copies the frame to staging memory.
-  Status Write(const Frame& frame);
+  /// \param images  fourth channel of the specular albedo (DenoiserBackend::ShowImages); or nullptr
+  Status Write(const Frame& frame, const Image1* images = nullptr);
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);
 
@@ -43,6 +44,7 @@ class FrameUpload {
   Status Add(VkFormat format, int channels, Entry* entry, ImageRef* input);
   template <int N>
   void WritePlanes(const Entry& entry, const Planes<float, N>& planes);
+  void WriteFourth(const Entry& entry, const Image1& plane);
   template <typename T>
   void WritePlane(const Entry& entry, const Plane<T>& plane);
 

@@ -37,6 +37,7 @@ class HostDenoiser : public DenoiserBackend {
   Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                  DenoisedFrame* out) override;
   Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) override;
+  void ShowImages(const Image1* images) override { shown_ = images; }
   Status SetSettings(const Settings& settings) override;
   void SetOutputs(std::vector<std::string> names) override {
     outputs_ = std::move(names);
@@ -90,6 +91,7 @@ class HostDenoiser : public DenoiserBackend {
   FrameInputs inputs_;                      ///< of the frame in progress
   FramePart* part_ = nullptr;               ///< that frame, if it is part of one on the device
   OddValues odd_;                           ///< of its values
+  const Image1* shown_ = nullptr;           ///< see ShowImages
   Frame from_elsewhere_;                    ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
   std::vector<double> row_sums_;
@@ -115,10 +117,11 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
   facts.has_incomplete_guides = settings_.fill_guides && HasIncompleteGuides(f);
+  facts.has_image_albedo = shown_ != nullptr;
   facts.samples_per_pixel = SamplesPerPixel(f, &row_sums_);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));
-  STILLRAY_RETURN_IF_ERROR(upload_->Write(f));
+  STILLRAY_RETURN_IF_ERROR(upload_->Write(f, shown_));
   inputs_ = upload_->inputs();
   return facts;
 }

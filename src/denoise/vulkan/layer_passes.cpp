@@ -375,6 +375,7 @@ FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
   facts.has_roughness = true;
   facts.has_reflection = false;
   facts.has_refraction = false;
+  facts.has_image_albedo = false;
   facts.is_displayed = false;
   return facts;
 }
@@ -395,6 +396,12 @@ FrameInputs LayerPasses::InputsOfLayer(const FrameInputs& frame) const {
   return inputs;
 }
 
+/// Of reflected light. See SumsImageAlbedo in plan.cpp.
+bool LayerPasses::SumsImageAlbedo(const FrameFacts& frame) const {
+  return source_ == GuideSource::kReflection && !frame.has_incomplete_guides &&
+         (frame.albedos >> LightsOf(source_).albedo & 1u) != 0;
+}
+
 FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   FrameFacts facts = frame;
   const uint32_t lights = LightsOf(source_).bits();
@@ -402,11 +409,16 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   facts.second_moments &= ~lights;
   facts.has_emission = true;
   (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
+  facts.has_image_albedo = facts.has_image_albedo || SumsImageAlbedo(frame);
   return facts;
 }
 
-FrameInputs LayerPasses::InputsOfRest(const FrameInputs& frame) const {
+FrameInputs LayerPasses::InputsOfRest(const FrameFacts& facts, const FrameInputs& frame) const {
   FrameInputs inputs = frame;
+  if (SumsImageAlbedo(facts)) {
+    // For sum_albedo alone: the rest has no light that it divides.
+    inputs.albedos[LightsOf(source_).albedo] = RefTo(images_->albedo);
+  }
   inputs.motion = RefTo(images_->picture_motion);
   inputs.emission = RefTo(images_->emission);
   return inputs;

@@ -104,7 +104,7 @@ class LayerPasses {
   FrameFacts FactsOfLayer(const FrameFacts& frame) const;
   FrameInputs InputsOfLayer(const FrameInputs& frame) const;
   FrameFacts FactsOfRest(const FrameFacts& frame) const;
-  FrameInputs InputsOfRest(const FrameInputs& frame) const;
+  FrameInputs InputsOfRest(const FrameFacts& facts, const FrameInputs& frame) const;
 
   /// Undoes the passes of a frame that was not recorded. \param frames  recorded before it
   void GoBackTo(uint32_t frames) { frames_ = frames; }
@@ -131,6 +131,7 @@ class LayerPasses {
   Status PlaceHits(gpu::CommandList* commands, const ImageRef& depth, VirtualInputs* seen);
   bool HasPreviousNormals(const FrameFacts& frame) const;
   bool RescalesMoments(const FrameFacts& frame) const;
+  bool SumsImageAlbedo(const FrameFacts& frame) const;
   Status Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
              std::span<const std::byte> push);
   void Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times);

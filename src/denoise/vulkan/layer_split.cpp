@@ -85,8 +85,8 @@ Result<Frame> LayerSplit::MakeRest(const Frame& frame) {
       return passes->RecordRest(commands, facts, inputs, of_layer->picture);
     });
     rest->owners.push_back(passes->images());
+    rest->inputs = passes->InputsOfRest(rest->facts, rest->inputs);
     rest->facts = passes->FactsOfRest(rest->facts);
-    rest->inputs = passes->InputsOfRest(rest->inputs);
   }
   rest->record = [records = std::move(records)](gpu::CommandList* commands) {
     for (const auto& record : records) {

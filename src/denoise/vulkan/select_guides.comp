@@ -27,7 +27,7 @@ layout(set = 0, binding = 15, rgba32f) writeonly uniform image2D normal_out;
 layout(set = 0, binding = 16, rg32f) writeonly uniform image2D motion_out;
 layout(set = 0, binding = 17, r32ui) writeonly uniform uimage2D id_out;
 layout(set = 0, binding = 18, r32f) writeonly uniform image2D roughness_out;
-// Fourth channel: 1 where the pixel shows little but an image (picture_motion_shared.h).
+// Fourth channel: ShownImage of picture_motion_shared.h.
 layout(set = 0, binding = 19, rgba32f) writeonly uniform image2D albedo_out;
 layout(set = 0, binding = 20, rgba32f) writeonly uniform image2D previous_normal_out;
 
@@ -123,13 +123,13 @@ void main() {
   if (has_id != 0) {
     id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
   }
-  float little_else = ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x) ? 1.0f : 0.0f;
+  float shown = ShownImage(depth, ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x));
   imageStore(depth_out, p, vec4(has_light ? depth : kNoSurface));
   imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));
   imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
   imageStore(id_out, p, uvec4(id));
   imageStore(roughness_out, p, vec4(image ? kRoughnessOfImage : roughness));
-  imageStore(albedo_out, p, vec4(SelectedAlbedo(image, p), little_else));
+  imageStore(albedo_out, p, vec4(SelectedAlbedo(image, p), shown));
   if (has_previous_normal != 0) {
     vec3 before = texelFetch(surface_previous_normal, p, 0).xyz;
     imageStore(previous_normal_out, p, vec4(image ? vec3(0.0f) : before, 0.0f));

@@ -3,7 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// sum_albedo: see stages/sum_albedo.h. Writes the range of each block alone; antialias spreads it.
+// sum_albedo: see stages/sum_albedo.h. Writes the range of each block alone; antialias spreads it
+// and finds the pixels beside images: fourth channels are logarithms of the images' depths.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/stages/sum_albedo_shared.h"
@@ -12,12 +13,18 @@ layout(set = 1, binding = 0, LIGHT_FORMAT) writeonly uniform image2D sum_out;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2DArray range_out;  // low, high
 
 // A workgroup has whole blocks.
-shared vec3 tile[LOCAL_SIZE_Y][LOCAL_SIZE_X];
+shared vec4 tile[LOCAL_SIZE_Y][LOCAL_SIZE_X];
 
 vec3 Usable(vec3 albedo) {
   return max(vec3(IsFinite(albedo.x) ? albedo.x : 0.0f, IsFinite(albedo.y) ? albedo.y : 0.0f,
                   IsFinite(albedo.z) ? albedo.z : 0.0f),
              vec3(0.0f));
+}
+
+// Of the image that a pixel shows.
+float PlaceOfImage(ivec2 p) {
+  float depth = antialias.image_albedo != 0 ? texelFetch(specular_albedo_image, p, 0).w : 0.0f;
+  return depth > 0.0f ? clamp(log2(depth), -kFarthestImage, kFarthestImage) : kNoImage;
 }
 
 void main() {
@@ -30,18 +37,18 @@ void main() {
       sum += Usable(LoadAlbedo(i, q));
     }
   }
-  sum = Stored(vec4(ClampLight(sum), 0.0f)).xyz;
+  vec4 stored = Stored(vec4(ClampLight(sum), PlaceOfImage(q)));
   ivec2 local = ivec2(gl_LocalInvocationID.xy);
-  tile[local.y][local.x] = sum;
+  tile[local.y][local.x] = stored;
   if (Inside(p)) {
-    imageStore(sum_out, p, vec4(sum, 1.0f));
+    imageStore(sum_out, p, stored);
   }
   barrier();
   if (!Inside(p) || local.x % kAlbedoBlock != 0 || local.y % kAlbedoBlock != 0) {
     return;
   }
-  vec3 low = sum;
-  vec3 high = sum;
+  vec4 low = stored;
+  vec4 high = stored;
   for (int y = 0; y < kAlbedoBlock; ++y) {
     for (int x = 0; x < kAlbedoBlock; ++x) {
       low = min(low, tile[local.y + y][local.x + x]);
@@ -49,6 +56,6 @@ void main() {
     }
   }
   ivec2 block = p / kAlbedoBlock;
-  imageStore(range_out, ivec3(block, 0), vec4(low, 1.0f));
-  imageStore(range_out, ivec3(block, 1), vec4(high, 1.0f));
+  imageStore(range_out, ivec3(block, 0), low);
+  imageStore(range_out, ivec3(block, 1), high);
 }

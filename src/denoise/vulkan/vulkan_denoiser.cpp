@@ -108,7 +108,7 @@ struct VirtualLayer {
   ///     another layer
   Status RecordRest(gpu::CommandList* commands, FrameFacts* facts, FrameInputs* inputs) {
     STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture()));
-    *inputs = passes->InputsOfRest(*inputs);
+    *inputs = passes->InputsOfRest(*facts, *inputs);
     *facts = passes->FactsOfRest(*facts);
     return Status::Ok();
   }
