@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The denoiser on Vulkan as its users see it.
+#include <algorithm>
 #include <thread>
 #include <vector>
 
@@ -43,6 +44,48 @@ TEST_F(DeviceDenoiser, FxaaFindsTheSameEdges) {
       }
     }
     EXPECT_GT(changed, 100);
+  }
+}
+
+/// Frames that use all that the history depends on, but light of the future.
+Frame MakeFrameOfDoubts(int index) {
+  Frame f = MakeBusyFrame(67, 41, index);
+  f.confidence = Image1(67, 41);
+  f.guides.previous_normal = Image3(67, 41);
+  test::FillImage(&f.confidence, [&](int x, int) { return static_cast<float>(x % 11) / 9; });
+  test::FillImage<3>(&f.guides.previous_normal,
+                     [&](int x, int, int c) { return c == 2 && x % 5 == 0 ? 1.0f : 0.0f; });
+  return f;
+}
+
+// Where the fetched history is not an output, it passes through no image.
+TEST_F(DeviceDenoiser, ReprojectionWithAccumulationHasTheBitsOfBothApart) {
+  const Settings many[] = {With("temporal", {}),
+                           With("svgf", {}),
+                           With("svgf", {{"feedback", "2"}, {"feedback_when", "sample"}}),
+                           With("psvgf", {}),
+                           With("svgf", {{"max_history", "7"}}),
+                           With("default", {{"limit_history", "off"}})};
+  for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
+    for (const Settings& settings : many) {
+      Denoiser at_once = MakeDenoiser(settings, precision);
+      Denoiser apart = MakeDenoiser(settings, precision);
+      ASSERT_TRUE(apart.SetOutputs({"disocclusion"}).ok());
+      DenoisedFrame found;
+      DenoisedFrame expected;
+      for (int i = 0; i < 6; ++i) {
+        const Frame f = MakeFrameOfDoubts(i);
+        ASSERT_TRUE(at_once.Denoise(f, &found).ok());
+        ASSERT_TRUE(apart.Denoise(f, &expected).ok());
+        EXPECT_TRUE(test::SameBits(found.colour, expected.colour)) << i;
+        const auto has_stage = [](const DenoisedFrame& frame) {
+          return std::any_of(frame.timings.begin(), frame.timings.end(),
+                             [](const StageTime& time) { return time.name == "reproject"; });
+        };
+        EXPECT_FALSE(has_stage(found));
+        EXPECT_EQ(has_stage(expected), i > 0 && !expected.timings.empty());
+      }
+    }
   }
 }
 

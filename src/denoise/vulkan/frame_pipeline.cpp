@@ -23,6 +23,7 @@
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
 //   limit_history        compared, ratio, guides             limits                    18 + 22 n, 8 n
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
+//   (without limit_history reproject and accumulate are one pass: 36 + 24 n, 16 n)
 //   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   smooth_variance      light of the wavelet                light of the wavelet      8 n, 8 n  (only for prefilter_variance=once)
@@ -285,7 +286,7 @@ void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
   }
 }
 
-/// New light and history.
+/// The light of this frame.
 void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const bool clamps = plan.runs.clamp_fireflies;
@@ -294,15 +295,34 @@ void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
     recorder->Run(Shader::kSuppressFireflies, grid_, {i.unclamped, i.noisy});
   }
   Keep(recorder, "noisy", i.noisy);
-  if (plan.runs.reproject) {
-    const HistoryImages& h = i.history;
-    const HistoryImages& f = i.fetched;
-    recorder->Run(
-        Shader::kReproject, grid_,
-        {i.guides.surface, i.guides.detail, i.previous_guides.surface, i.previous_guides.detail,
-         h.colour, h.behind, h.moments, h.compressed, f.colour, f.behind, f.moments, f.compressed});
-    Keep(recorder, "fetched", f.moments);
-  }
+}
+
+void FramePipeline::Reproject(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  const HistoryImages& h = i.history;
+  const HistoryImages& f = i.fetched;
+  recorder->Run(
+      Shader::kReproject, grid_,
+      {i.guides.surface, i.guides.detail, i.previous_guides.surface, i.previous_guides.detail,
+       h.colour, h.behind, h.moments, h.compressed, f.colour, f.behind, f.moments, f.compressed});
+  Keep(recorder, "fetched", f.moments);
+}
+
+/// Whether reproject and accumulate are one pass: nothing reads the fetched history in between.
+bool FramePipeline::JoinsAccumulation(const FramePlan& plan) const {
+  const bool observed = observer_ != nullptr && observer_->Wants("fetched");
+  return plan.runs.reproject && !plan.runs.limit_history && !shape_.with_compressed && !observed;
+}
+
+void FramePipeline::ReprojectAndAccumulate(PassRecorder* recorder) {
+  const FrameImages& i = images_;
+  const HistoryImages& h = i.history;
+  const HistoryImages& f = i.fetched;
+  recorder->Run(Shader::kReprojectAccumulate, grid_,
+                {i.guides.surface, i.guides.detail, i.previous_guides.surface,
+                 i.previous_guides.detail, h.colour, h.behind, h.moments, h.compressed, i.noisy,
+                 i.within, f.colour, f.behind, f.moments});
+  std::swap(images_.history, images_.fetched);
 }
 
 /// Runs levels on the coarse grid from the first image to the second and back.
@@ -481,7 +501,7 @@ void FramePipeline::StoreSignals(const FrameInputs& inputs, PassRecorder* record
   }
 }
 
-/// All passes before accumulation.
+/// All passes before reprojection.
 void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
                                const FrameInputs& inputs, PassRecorder* recorder) {
   recorder->commands()->Call([this](VkCommandBuffer commands) { PrepareImages(commands); });
@@ -507,6 +527,13 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   GatherLight(plan, recorder);
   if (shape_.with_compressed && !plan.runs.reproject) {
     recorder->Run(Shader::kUpdateCompression, {1, 1}, {}, grid_.count());
+  }
+}
+
+/// The history as it was at this frame's pixels, limited.
+void FramePipeline::FetchHistory(const FramePlan& plan, PassRecorder* recorder) {
+  if (plan.runs.reproject) {
+    Reproject(recorder);
   }
   if (plan.runs.limit_history) {
     LimitHistory(plan, recorder);
@@ -553,6 +580,7 @@ Status FramePipeline::RecordBackward(gpu::CommandList* commands, const FramePlan
                                      const FutureImages& future) {
   PassRecorder recorder = BeginPasses(commands);
   BeginFrame(plan, facts, inputs, &recorder);
+  FetchHistory(plan, &recorder);
   if (plan.runs.reproject) {
     const int32_t push = plan.runs.limit_history ? 1 : 0;
     const HistoryImages& f = images_.fetched;
@@ -570,7 +598,12 @@ Status FramePipeline::Record(gpu::CommandList* commands, const FramePlan& plan,
   observer_ = observer;
   PassRecorder recorder = BeginPasses(commands);
   BeginFrame(plan, facts, inputs, &recorder);
-  Accumulate(plan, &recorder);
+  if (JoinsAccumulation(plan)) {
+    ReprojectAndAccumulate(&recorder);
+  } else {
+    FetchHistory(plan, &recorder);
+    Accumulate(plan, &recorder);
+  }
   known_ = images_.history;
   Keep(&recorder, "joined", known_.moments);
   if (plan.runs.merge_future) {

@@ -155,6 +155,10 @@ class FramePipeline {
   void StoreSignals(const FrameInputs& inputs, PassRecorder* recorder);
   void UseSize(Size size);
   void GatherLight(const FramePlan& plan, PassRecorder* recorder);
+  void Reproject(PassRecorder* recorder);
+  bool JoinsAccumulation(const FramePlan& plan) const;
+  void ReprojectAndAccumulate(PassRecorder* recorder);
+  void FetchHistory(const FramePlan& plan, PassRecorder* recorder);
   void LimitHistory(const FramePlan& plan, PassRecorder* recorder);
   void Accumulate(const FramePlan& plan, PassRecorder* recorder);
   void MergeFuture(const FutureImages& future, PassRecorder* recorder);

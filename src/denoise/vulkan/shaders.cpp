@@ -22,6 +22,7 @@
   X(CorrectHistory, "limit_history", 3, 2, 0, 0, kNone, kNone)            \
   X(LimitHistory, "limit_history", 7, 1, 0, 0, kNone, kNone)              \
   X(Accumulate, "accumulate", 7, 4, 0, 4, kRead, kNone)                   \
+  X(ReprojectAccumulate, "accumulate", 10, 3, 0, 0, kRead, kNone)         \
   X(MeasureHistory, "estimate_variance", 1, 0, 0, 0, kNone, kWritten)     \
   X(UpdateMean, "estimate_variance", 0, 0, 0, 4, kBoth, kRead)            \
   X(EstimateVariance, "estimate_variance", 7, 1, 0, 0, kRead, kNone)      \

@@ -37,6 +37,7 @@ enum class Shader : uint8_t {
   kCorrectHistory,
   kLimitHistory,
   kAccumulate,
+  kReprojectAccumulate,
   kMeasureHistory,
   kUpdateMean,
   kEstimateVariance,
