@@ -28,6 +28,14 @@ if(STILLRAY_BUILD_APPS)
   install(TARGETS stillray RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
 
+# Shaders for engines without the library, on request: cmake --install build --component shaders
+if(STILLRAY_BUILD_APPS AND STILLRAY_VULKAN)
+  install(CODE "
+    set(folder \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/stillray/shaders\")
+    execute_process(COMMAND \"$<TARGET_FILE:stillray>\" shaders -o \"\${folder}\" COMMAND_ERROR_IS_FATAL ANY)"
+    COMPONENT shaders EXCLUDE_FROM_ALL)
+endif()
+
 set(headers
   camera.h core.h denoise.hpp frame.h image.h parameter.h reflections.h shared_picture.h status.h stillray.h stillray.hpp
   two_way.hpp vec.h)

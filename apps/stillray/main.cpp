@@ -62,6 +62,7 @@ int Main(int argc, char** argv) {
   AddInfoCommand(app, &exit_code);
   AddCheckCommand(app, &exit_code);
   AddBenchCommand(app, &exit_code);
+  AddShadersCommand(app, &exit_code);
   AddHelpCommand(app, &exit_code);
   AddCompletionCommands(app);
   CheckNumbers(app);

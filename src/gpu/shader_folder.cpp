@@ -104,6 +104,11 @@ Result<std::vector<uint32_t>> ReplacementOf(std::span<const uint32_t> code) {
   return words;
 }
 
+std::string EmbeddedNameOf(std::span<const uint32_t> code) {
+  const auto name = Names().find(code.data());
+  return name != Names().end() ? name->second : "";
+}
+
 std::vector<std::string> ReplacedShaders() {
   std::vector<std::string> replaced;
   if (Folder().empty()) {

@@ -24,6 +24,9 @@ inline constexpr const char* kShaderFolderVariable = "STILLRAY_SHADER_DIR";
 ///     kBadData: the file is not SPIR-V
 Result<std::vector<uint32_t>> ReplacementOf(std::span<const uint32_t> code);
 
+/// The name of an embedded shader; empty for other code.
+std::string EmbeddedNameOf(std::span<const uint32_t> code);
+
 /// Names of the shaders that have a file in the folder, in alphabetic order.
 std::vector<std::string> ReplacedShaders();
 

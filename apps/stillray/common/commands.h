@@ -31,6 +31,7 @@ void AddReportCommand(CLI::App& app, int* exit_code);
 void AddInfoCommand(CLI::App& app, int* exit_code);
 void AddCheckCommand(CLI::App& app, int* exit_code);
 void AddBenchCommand(CLI::App& app, int* exit_code);
+void AddShadersCommand(CLI::App& app, int* exit_code);
 /// `completion` and `man`, which are made from the options of all commands.
 void AddCompletionCommands(CLI::App& app);
 

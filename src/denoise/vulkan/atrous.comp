@@ -14,12 +14,12 @@
 #include "denoise/vulkan/luminance_factor.glsl"
 #include "denoise/stages/estimate_variance_shared.h"
 
-layout(constant_id = 2) const int kWeights = kAtrousSvgf;
-layout(constant_id = 3) const int kRadius = 2;
+layout(constant_id = 2) const int kWeights = kAtrousSvgf;  // kAtrousNaive ...: see atrous_shared.h
+layout(constant_id = 3) const int kRadius = 2;             // of the kernel: 1, 2
 layout(constant_id = 4) const int kPilot = 0;     // bit s: weights of signal s compare the pilot
 layout(constant_id = 5) const int kCompared = 0;  // 1: a level of limit_history, on the coarse grid
-layout(constant_id = 6) const int kOutput = kAtrousLight;
-layout(constant_id = 7) const int kEdgeKinds = 0;  // STILLRAY_ATROUS_...: kinds of weights
+layout(constant_id = 6) const int kOutput = kAtrousLight;  // or kAtrousSums, kAtrousPilot
+layout(constant_id = 7) const int kEdgeKinds = 0;          // STILLRAY_ATROUS_...: kinds of weights
 #ifdef STILLRAY_TILE
 layout(constant_id = 8) const int kStep = 1;  // tap_step
 #endif

@@ -34,14 +34,13 @@ const float kMostLength = 16777216.0f;
 // with the precision.
 #if defined(STILLRAY_HALF) != defined(STILLRAY_OTHER_NORMALS)
 #define SURFACE_FORMAT rg32ui
-layout(constant_id = 0) const bool kOctahedralNormals = true;
+layout(constant_id = 0) const bool kOctahedralNormals = true;  // of surfaces
 #else
 #define SURFACE_FORMAT rgba32ui
-layout(constant_id = 0) const bool kOctahedralNormals = false;
+layout(constant_id = 0) const bool kOctahedralNormals = false;  // of surfaces
 #endif
 
-// The number of signals; 0: not known when the pipeline is made.
-layout(constant_id = 1) const int kKnownSignals = 1;
+layout(constant_id = 1) const int kKnownSignals = 1;  // 0: not known when the pipeline is made
 
 #ifndef LOCAL_SIZE_X
 #define LOCAL_SIZE_X 16

@@ -69,33 +69,6 @@ struct AddPush {
   int32_t height = 0;
 };
 
-struct PassInfo {
-  const char* stage;  ///< in timings
-  std::span<const uint32_t> code;
-  uint32_t reads;
-  uint32_t writes;
-  uint32_t push_bytes;
-};
-
-/// In the order of LayerPasses::Pass.
-PassInfo InfoOf(size_t pass) {
-  const PassInfo infos[] = {
-      {"select_guides",
-       {shaders::kSelectGuides, shaders::kSelectGuidesWords},
-       14,
-       7,
-       sizeof(SelectPush)},
-      {"select_guides",
-       {shaders::kRescaleMoments, shaders::kRescaleMomentsWords},
-       6,
-       2,
-       sizeof(RescalePush)},
-      {"add_layer", {shaders::kAddLayer, shaders::kAddLayerWords}, 7, 2, sizeof(AddPush)},
-      {"select_guides", {shaders::kPlaceHits, shaders::kPlaceHitsWords}, 2, 2, sizeof(HitCamera)},
-  };
-  return infos[pass];
-}
-
 constexpr uint32_t kMostMarks = 4;
 /// Frames with different images for which the first pool of sets has room.
 constexpr uint32_t kFramesOfAPool = 4;
@@ -151,6 +124,30 @@ Status AddImages(const LayerShape& shape, LayerImages* to) {
 
 }  // namespace
 
+/// In the order of LayerPasses::Pass.
+std::vector<LayerShader> LayerShaders() {
+  return {
+      {"select_guides",
+       {shaders::kSelectGuides, shaders::kSelectGuidesWords},
+       14,
+       7,
+       sizeof(SelectPush)},
+      {"select_guides",
+       {shaders::kRescaleMoments, shaders::kRescaleMomentsWords},
+       6,
+       2,
+       sizeof(RescalePush)},
+      {"add_layer", {shaders::kAddLayer, shaders::kAddLayerWords}, 7, 2, sizeof(AddPush)},
+      {"select_guides", {shaders::kPlaceHits, shaders::kPlaceHitsWords}, 2, 2, sizeof(HitCamera)},
+  };
+}
+
+namespace {
+LayerShader InfoOf(size_t pass) {
+  return LayerShaders()[pass];
+}
+}  // namespace
+
 Result<gpu::MemoryUse> LayerPasses::Need(const gpu::DeviceContext* context,
                                          const LayerShape& shape) {
   LayerImages images(context);
@@ -178,7 +175,7 @@ Result<std::unique_ptr<LayerPasses>> LayerPasses::Create(const gpu::DeviceContex
 
 Status LayerPasses::MakePipelines() {
   for (size_t pass = 0; pass < kPassCount; ++pass) {
-    const PassInfo info = InfoOf(pass);
+    const LayerShader info = InfoOf(pass);
     const Result<VkDescriptorSetLayout> layout = sets_.Layout({info.reads, info.writes, 0, 0});
     STILLRAY_RETURN_IF_ERROR(layout.status());
     Result<gpu::Pipeline> made = gpu::Pipeline::Create(
@@ -222,7 +219,7 @@ void LayerPasses::End(gpu::CommandList* commands, gpu::Timestamps* times) {
 /// One thread for each pixel. \param images  those that the shader reads, then those that it writes
 Status LayerPasses::Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
                         std::span<const std::byte> push) {
-  const PassInfo info = InfoOf(pass);
+  const LayerShader info = InfoOf(pass);
   const gpu::Pipeline& pipeline = *pipelines_[pass];
   gpu::SetContent content;
   for (const ImageRef& image : images) {

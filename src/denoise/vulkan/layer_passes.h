@@ -69,6 +69,16 @@ struct LayerImages {
   const gpu::Image* emission = nullptr;
 };
 
+/// A shader of LayerPasses: its resources are those of set 0.
+struct LayerShader {
+  const char* stage = "";  ///< in timings
+  std::span<const uint32_t> code;
+  uint32_t reads = 0;
+  uint32_t writes = 0;
+  uint32_t push_bytes = 0;
+};
+std::vector<LayerShader> LayerShaders();
+
 class LayerPasses {
  public:
   /// The memory of Prepare. Allocates nothing.

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <memory>
 
 /// name, stage, images read and written, buffers, bytes of push constants, use of the frame's state
@@ -89,6 +90,17 @@ const ShaderInfo& InfoOf(Shader shader) {
   {stage, reads, writes, buffers, push, state, partials},
   static constexpr ShaderInfo kInfo[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_INFO_)};
   return kInfo[static_cast<size_t>(shader)];
+}
+
+#define STILLRAY_SHADER_NAME_(name, ...) #name,
+static constexpr const char* kNamesOfShaders[] = {STILLRAY_DENOISE_SHADERS(STILLRAY_SHADER_NAME_)};
+
+size_t ShaderCount() {
+  return std::size(kNamesOfShaders);
+}
+
+const char* NameOf(Shader shader) {
+  return kNamesOfShaders[static_cast<size_t>(shader)];
 }
 
 namespace {

@@ -103,6 +103,10 @@ inline gpu::SetShape OwnSet(const ShaderInfo& info) {
 }
 
 const ShaderInfo& InfoOf(Shader shader);
+/// All values of Shader are below it.
+size_t ShaderCount();
+/// "Atrous".
+const char* NameOf(Shader shader);
 /// \param octahedral  normals of surfaces
 std::span<const uint32_t> CodeOf(Shader shader, Storage storage, bool octahedral);
 

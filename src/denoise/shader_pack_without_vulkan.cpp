@@ -1,0 +1,34 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Packs of shaders of a build without Vulkan: there are none.
+#include "denoise/shader_pack.h"
+
+namespace stillray {
+namespace {
+
+Status WithoutVulkan() {
+  return Status::Unsupported(
+      "this stillray was built without Vulkan and has no shaders (its headers or glslc were "
+      "missing, or STILLRAY_BUILD_VULKAN was off)");
+}
+
+}  // namespace
+
+Result<ShaderTable> MakeShaderTable() {
+  return WithoutVulkan();
+}
+
+std::span<const std::string_view> ScheduleInputNames() {
+  return {};
+}
+
+std::span<const std::string_view> ScheduleOutputNames() {
+  return {};
+}
+
+Result<FrameSchedule> MakeFrameSchedule(const ScheduleOptions&) {
+  return WithoutVulkan();
+}
+
+}  // namespace stillray

@@ -1,0 +1,252 @@
+// SPDX-FileCopyrightText: the stillray developers
+// SPDX-License-Identifier: Apache-2.0
+
+// Frames of the filter from the files of `stillray shaders` alone.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+
+#include "apps/program.h"
+#include "denoise/test_frames.h"
+#include "gpu/device_test.h"
+#include "gpu/frame_run.h"
+#include "gpu/packed_filter.h"
+#include "stillray/vulkan.hpp"
+
+namespace stillray::shader_pack_test {
+namespace {
+
+using test::FrameOnDevice;
+using test::MakeBusyFrame;
+using test::PackedFilter;
+using test::PackImages;
+using test::RunFrame;
+using test::Upload;
+
+constexpr int kWidth = 61;
+constexpr int kHeight = 37;
+/// More than the frames of a pack, which then repeat.
+constexpr int kFrames = 6;
+
+/// The wavelet's variant of the library's denoiser, which packs of other memory do not have.
+class ChosenVariant {
+ public:
+  explicit ChosenVariant(const char* name) { setenv("STILLRAY_ATROUS", name, 1); }
+  ~ChosenVariant() { unsetenv("STILLRAY_ATROUS"); }
+};
+
+/// What a test writes to a pack, and the same for the library.
+struct Case {
+  const char* preset;
+  const char* precision;
+  bool tiles;
+  bool jittered;
+  bool fills_guides = false;
+};
+
+class ShaderPack : public test::DeviceTest {
+ protected:
+  static VulkanImage ImageOf(const vulkan::ImageRef& ref) { return {ref.view, ref.layout}; }
+
+  /// Images of a frame by their names in packs.
+  static PackImages NamedImages(const vulkan::FrameInputs& in) {
+    return {{"direct_diffuse", in.lights[0].view},
+            {"indirect_diffuse", in.lights[1].view},
+            {"direct_specular", in.lights[2].view},
+            {"indirect_specular", in.lights[3].view},
+            {"depth", in.depth.view},
+            {"normal", in.normal.view},
+            {"id", in.id.view},
+            {"motion", in.motion.view},
+            {"albedo", in.albedos[0].view},
+            {"specular_albedo", in.albedos[1].view},
+            {"background", in.background.view},
+            {"samples", in.samples.view},
+            {"roughness", in.roughness.view},
+            {"colour", in.colour.view}};
+  }
+
+  static VulkanFrame FrameOf(const vulkan::FrameInputs& in, const Frame& frame, bool jittered) {
+    VulkanFrame f;
+    f.index = frame.index;
+    f.jitter_x = jittered ? frame.jitter_x : 0;
+    f.jitter_y = jittered ? frame.jitter_y : 0;
+    for (size_t k = 0; k < 4; ++k) {
+      f.lights[k] = ImageOf(in.lights[k]);
+    }
+    f.depth = ImageOf(in.depth);
+    f.normal = ImageOf(in.normal);
+    f.id = ImageOf(in.id);
+    f.motion = ImageOf(in.motion);
+    f.albedo = ImageOf(in.albedos[0]);
+    f.specular_albedo = ImageOf(in.albedos[1]);
+    f.background = ImageOf(in.background);
+    f.samples = ImageOf(in.samples);
+    f.roughness = ImageOf(in.roughness);
+    f.colour = ImageOf(in.colour);
+    return f;
+  }
+
+  static void WritePack(const std::string& folder, const Case& of) {
+    std::vector<std::string> arguments = {
+        "shaders",
+        "-o",
+        folder,
+        "--preset",
+        of.preset,
+        "--precision",
+        of.precision,
+        "--size",
+        std::to_string(kWidth) + "x" + std::to_string(kHeight),
+        "--inputs",
+        "direct_diffuse,indirect_diffuse,direct_specular,indirect_specular,depth,normal,id,motion,"
+        "albedo,specular_albedo,background,samples,roughness",
+        "--shared-memory",
+        of.tiles ? "65536" : "0"};
+    if (of.jittered) {
+      arguments.emplace_back("--jitter");
+    }
+    if (of.fills_guides) {
+      arguments.emplace_back("--incomplete-guides");
+    }
+    const ProgramRun run = RunProgram(arguments);
+    ASSERT_EQ(run.exit_code, 0) << run.errors;
+  }
+
+  std::vector<Image3> PicturesOfLibrary(const Case& of) {
+    const ChosenVariant variant(of.tiles ? "tile" : "plain");
+    VulkanOptions options;
+    options.settings = PresetSettings(of.preset).value();
+    options.width = kWidth;
+    options.height = kHeight;
+    options.incomplete_guides = of.fills_guides;
+    options.precision =
+        std::string(of.precision) == "float" ? DevicePrecision::kFloat : DevicePrecision::kHalf;
+    Result<VulkanDenoiser> denoiser =
+        VulkanDenoiser::Create({instance_->handle(), device_->context().physical,
+                                device_->context().device, instance_->get_instance_proc_addr()},
+                               options);
+    EXPECT_TRUE(denoiser.ok()) << denoiser.status().message();
+    return Pictures(
+        of, [&](VkCommandBuffer commands, const vulkan::FrameInputs& in, const Frame& f) {
+          const Status recorded = denoiser->Record(commands, FrameOf(in, f, of.jittered));
+          ASSERT_TRUE(recorded.ok()) << recorded.message();
+        });
+  }
+
+  /// Members of the parameters that the properties of the frame decide, as README.md of a pack
+  /// says.
+  static PackedFilter::Values ParametersOf(const PackedFilter& filter, const Case& of,
+                                           const Frame& f) {
+    PackedFilter::Values values;
+    const auto set = [&](const char* property, auto value) {
+      for (const std::string member : filter.frames()["members_of"][property]) {
+        values[member] = std::bit_cast<uint32_t>(value);
+      }
+    };
+    set("jitter_x", of.jittered ? f.jitter_x : 0.0f);
+    set("jitter_y", of.jittered ? f.jitter_y : 0.0f);
+    const auto number = static_cast<uint32_t>(f.index);
+    if (of.fills_guides) {
+      set("number", number + 1);  // ghost_stamp
+      const auto fraction = [&](double step) {
+        return std::bit_cast<uint32_t>(static_cast<float>(std::fmod(number * step, 1.0)));
+      };
+      values["shift_x"] = fraction(0.7548776662466927);
+      values["shift_y"] = fraction(0.5698402909980532);
+    } else {
+      EXPECT_TRUE(filter.frames()["members_of"]["number"].empty());
+    }
+    return values;
+  }
+
+  std::vector<Image3> PicturesOfPack(const std::string& folder, const Case& of) {
+    PackedFilter filter(&device_->context(), folder);
+    EXPECT_LT(filter.frames()["frames"].size(), static_cast<size_t>(kFrames));
+    std::vector<Image3> pictures =
+        Pictures(of, [&](VkCommandBuffer commands, const vulkan::FrameInputs& in, const Frame& f) {
+          filter.Record(commands, static_cast<size_t>(f.index), NamedImages(in),
+                        ParametersOf(filter, of, f));
+        });
+    EXPECT_GT(filter.pipelines(), 5u);
+    return pictures;
+  }
+
+  /// Where no path was traced.
+  static void ForgetGuides(Frame* f) {
+    for (int y = 0; y < f->height; ++y) {
+      for (int x = 0; x < f->width; ++x) {
+        if (f->samples(x, y) == 0) {
+          f->guides.depth(x, y) = 0;
+        }
+      }
+    }
+  }
+
+  template <typename Record>
+  std::vector<Image3> Pictures(const Case& of, const Record& record) {
+    std::vector<Image3> pictures;
+    const auto on_device = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));
+    for (int i = 0; i < kFrames; ++i) {
+      Frame f = MakeBusyFrame(kWidth, kHeight, i);
+      if (of.fills_guides) {
+        ForgetGuides(&f);
+      }
+      pictures.emplace_back(kWidth, kHeight);
+      RunFrame(device_.get(), on_device.get(), f, &pictures.back(),
+               [&](VkCommandBuffer commands) { record(commands, on_device->inputs(), f); });
+    }
+    return pictures;
+  }
+
+  void ExpectPicturesOfLibrary(const Case& of) {
+    const TemporaryFolder folder;
+    WritePack(folder / "pack", of);
+    if (HasFatalFailure()) {
+      return;
+    }
+    const std::vector<Image3> expected = PicturesOfLibrary(of);
+    const std::vector<Image3> found = PicturesOfPack(folder / "pack", of);
+    for (size_t i = 0; i < expected.size(); ++i) {
+      int different = 0;
+      double sum = 0;
+      for (int c = 0; c < 3; ++c) {
+        for (int y = 0; y < kHeight; ++y) {
+          for (int x = 0; x < kWidth; ++x) {
+            different += expected[i][c](x, y) != found[i][c](x, y) ? 1 : 0;
+            sum += static_cast<double>(expected[i][c](x, y));
+          }
+        }
+      }
+      EXPECT_EQ(different, 0) << "frame " << i << " of preset " << of.preset;
+      EXPECT_GT(sum, 100) << "frame " << i << " is black";
+    }
+  }
+};
+
+TEST_F(ShaderPack, TemporalHasTheBitsOfTheLibrary) {
+  ExpectPicturesOfLibrary({"temporal", "half", false, false});
+}
+
+TEST_F(ShaderPack, SvgfHasTheBitsOfTheLibrary) {
+  ExpectPicturesOfLibrary({"svgf", "half", false, false});
+}
+
+TEST_F(ShaderPack, SvgfInFloatsByTilesHasTheBitsOfTheLibrary) {
+  ExpectPicturesOfLibrary({"svgf", "float", true, false});
+}
+
+TEST_F(ShaderPack, DefaultWithJitterHasTheBitsOfTheLibrary) {
+  ExpectPicturesOfLibrary({"default", "half", false, true});
+}
+
+TEST_F(ShaderPack, UnknownGuidesHaveTheBitsOfTheLibrary) {
+  ExpectPicturesOfLibrary({"default", "half", false, false, true});
+}
+
+}  // namespace
+}  // namespace stillray::shader_pack_test
