@@ -238,6 +238,9 @@ Status CheckOutputs(const VulkanFrame& frame, int most_width, int most_height,
                       frame.index, s, groups.size()));
     }
     for (const PlannedLayer& layer : layers) {
+      if (layer.guides == GuideSource::kSurface) {
+        continue;
+      }
       if (std::ranges::any_of(groups[s].kinds,
                               [&](SignalKind kind) { return IsLightOf(layer.guides, kind); })) {
         return Status::InvalidArgument(fmt::format(
