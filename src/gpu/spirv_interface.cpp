@@ -80,6 +80,8 @@ enum Op : uint32_t {
 constexpr uint32_t kLocalSize = 17;
 constexpr uint32_t kSpecId = 1;
 constexpr uint32_t kArrayStride = 6;
+constexpr uint32_t kNonWritable = 24;
+constexpr uint32_t kNonReadable = 25;
 constexpr uint32_t kBinding = 33;
 constexpr uint32_t kDescriptorSet = 34;
 constexpr uint32_t kOffset = 35;
@@ -291,6 +293,9 @@ class Module {
   }
 
   void TakeDecoration(std::span<const uint32_t> o) {
+    if (o[1] == kNonWritable || o[1] == kNonReadable) {
+      (o[1] == kNonWritable ? not_written_ : not_read_).insert(o[0]);
+    }
     if (o.size() < 3) {
       return;
     }
@@ -326,6 +331,8 @@ class Module {
     switch (i.op) {
       case kOpFunctionCall:
         f.calls.insert(o[2]);
+        f.uses.insert(o.begin() + 3, o.end());
+        passed_.insert(o.begin() + 3, o.end());
         break;
       case kOpAccessChain:
       case kOpInBoundsAccessChain:
@@ -619,8 +626,10 @@ class Module {
     b->texels = TypeName(image.operands[1]);
     b->is_array = image.operands[4] != 0;
     b->format = FormatName(image.operands[7]);
-    b->reads = b->kind == BindingKind::kSampledImage || image_reads_.contains(id);
-    b->writes = image_writes_.contains(id);
+    const bool passed = b->kind == BindingKind::kStorageImage && passed_.contains(id);
+    b->reads = b->kind == BindingKind::kSampledImage || image_reads_.contains(id) ||
+               (passed && !not_read_.contains(id));
+    b->writes = image_writes_.contains(id) || (passed && !not_written_.contains(id));
   }
 
   void AddConstant(uint32_t id, uint32_t number, ShaderInterface* interface) {
@@ -647,6 +656,8 @@ class Module {
   std::map<uint32_t, uint32_t> base_;  ///< variables that pointers and loaded images come from
   std::map<uint32_t, Function> functions_;
   std::set<uint32_t> image_reads_, image_writes_;
+  std::set<uint32_t> passed_;  ///< to functions
+  std::set<uint32_t> not_read_, not_written_;
   std::set<uint32_t> reached_, used_, read_, written_;
   uint32_t function_ = 0;  ///< in progress
   uint32_t entry_ = 0;

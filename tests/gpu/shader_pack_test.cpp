@@ -20,12 +20,12 @@
 namespace stillray::shader_pack_test {
 namespace {
 
-using test::FrameOnDevice;
 using test::MakeBusyFrame;
 using test::PackedFilter;
 using test::PackImages;
 using test::RunFrame;
 using test::Upload;
+using ::testing::HasSubstr;
 
 constexpr int kWidth = 61;
 constexpr int kHeight = 37;
@@ -227,6 +227,57 @@ class ShaderPack : public test::DeviceTest {
     }
   }
 };
+
+// Of the program itself; no device is needed.
+TEST(ShaderPackFiles, AreThoseOfTheTable) {
+  const TemporaryFolder folder;
+  const ProgramRun run = RunProgram({"shaders", "-o", folder / "new/pack", "--preset", "svgf"});
+  EXPECT_EQ(run.exit_code, 0) << run.errors;
+  EXPECT_THAT(run.errors, HasSubstr(" shaders, 3 frames; "));
+  const std::filesystem::path pack = folder / "new/pack";
+  const auto table = nlohmann::json::parse(std::ifstream(pack / "shaders.json"));
+  size_t files = 0;
+  for (const auto& file : std::filesystem::directory_iterator(pack)) {
+    files += file.path().extension() == ".spv" ? 1 : 0;
+  }
+  EXPECT_EQ(table["shaders"].size(), files);
+  for (const auto& shader : table["shaders"]) {
+    const std::string code = ReadText(pack / shader["file"].get<std::string>());
+    ASSERT_GT(code.size(), 100u) << shader["file"];
+    EXPECT_EQ(code.substr(0, 4), "\x03\x02\x23\x07") << shader["file"];
+  }
+  const std::string text = ReadText(pack / "README.md");
+  EXPECT_THAT(text, HasSubstr("| atrous5 | `AtrousTileHalf` |"));
+  EXPECT_THAT(text, HasSubstr("| `history.colour` | internal | R16G16B16A16_SFLOAT | "));
+  // The same command writes the same bytes.
+  const std::string frames = ReadText(pack / "frames.json");
+  RunProgram({"shaders", "-o", folder / "new/pack", "--preset", "svgf"});
+  EXPECT_EQ(ReadText(pack / "frames.json"), frames);
+}
+
+TEST(ShaderPackFiles, WrongOptionsAreErrorsAndWriteNothing) {
+  const TemporaryFolder folder;
+  const auto error = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"shaders", "-o", folder / "pack"});
+    const ProgramRun run = RunProgram(arguments);
+    EXPECT_EQ(run.exit_code, 2);
+    EXPECT_FALSE(std::filesystem::exists(folder / "pack"));
+    return run.errors;
+  };
+  EXPECT_THAT(error({"--size", "640"}), HasSubstr("--size is '640', expected WIDTHxHEIGHT"));
+  EXPECT_THAT(error({"--size", "0x4"}), HasSubstr("with 1 to 16384 pixels a side"));
+  EXPECT_THAT(error({"--inputs", "depth,norml"}), HasSubstr("did you mean normal?"));
+  EXPECT_THAT(error({"--inputs", "depth"}), HasSubstr("there are no lights to denoise"));
+  EXPECT_THAT(error({"--outputs", "display"}), HasSubstr("image 'colour' is not given"));
+  EXPECT_THAT(error({"--precision", "double"}), HasSubstr("expected half or float"));
+  EXPECT_THAT(error({"--spp", "0"}), HasSubstr("--spp is 0, expected above 0"));
+  EXPECT_THAT(error({"--preset", "fast"}), HasSubstr("unknown preset 'fast'"));
+  EXPECT_THAT(error({"--set", "depth_weight=position"}), HasSubstr("needs --focal-pixels"));
+  setenv("STILLRAY_SHADER_DIR", folder.path().c_str(), 1);
+  std::ofstream(folder / "AtrousHalf.spv") << "text";
+  EXPECT_THAT(error({}), HasSubstr("STILLRAY_SHADER_DIR replaces shaders (AtrousHalf)"));
+  unsetenv("STILLRAY_SHADER_DIR");
+}
 
 TEST_F(ShaderPack, TemporalHasTheBitsOfTheLibrary) {
   ExpectPicturesOfLibrary({"temporal", "half", false, false});

@@ -56,6 +56,16 @@ done
 [ "$(head -c 2 "$work/cpp_engine/out/denoised.ppm")" = P6 ] || fail "denoised.ppm is no picture"
 [ "$(head -c 2 "$work/cpp/out/denoised.pfm")" = PF ] || fail "denoised.pfm is no picture"
 
+if [ -e "$prefix/include/stillray/vulkan.hpp" ] && [ -x "$prefix/bin/stillray" ]; then
+  echo "== shaders, on request"
+  [ ! -e "$prefix/share/stillray/shaders" ] || fail "the shaders are there without being asked for"
+  "$cmake" --install "$build" --prefix "$work/shaders" --component shaders >"$work/shaders.txt" 2>&1 ||
+    fail "$(cat "$work/shaders.txt")"
+  for file in shaders.json frames.json README.md AccumulateHalf.spv; do
+    [ -s "$work/shaders/share/stillray/shaders/$file" ] || fail "the pack of shaders has no $file"
+  done
+fi
+
 if [ -e "$prefix/include/stillray/vulkan.hpp" ]; then
   echo "== Vulkan, static"
   "$cmake" -S "$source/examples/vulkan" -B "$work/vulkan" -DCMAKE_PREFIX_PATH="$prefix" \

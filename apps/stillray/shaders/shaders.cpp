@@ -160,15 +160,14 @@ void AddFrameOptions(CLI::App* command, ShadersArguments* a) {
       ->check(OneOf({"half", "float"}))
       ->capture_default_str();
   command
-      ->add_option(
-          "--inputs", a->inputs,
-          fmt::format("Images that frames have, a list: {}", fmt::join(ScheduleInputNames(), ", ")))
+      ->add_option("--inputs", a->inputs,
+                   fmt::format("Images that frames have, a list of {}. Default: {}",
+                               fmt::join(ScheduleInputNames(), ", "), fmt::join(a->inputs, ", ")))
       ->delimiter(',')
-      ->take_all()
-      ->default_str(fmt::format("{}", fmt::join(a->inputs, ",")));
+      ->take_all();
   command
       ->add_option("--outputs", a->outputs,
-                   fmt::format("Images that the filter writes, a list: {}",
+                   fmt::format("Images that the filter writes, a list of {}",
                                fmt::join(ScheduleOutputNames(), ", ")))
       ->delimiter(',')
       ->take_all()
