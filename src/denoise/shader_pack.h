@@ -9,6 +9,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <map>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -158,6 +159,10 @@ struct ScheduleCommand {
   friend bool operator==(const ScheduleCommand&, const ScheduleCommand&) = default;
 };
 
+/// Members of FrameParameters, by the buffer that has them: that of the frame, and of the layers of
+/// virtual guides.
+using MembersOfBuffers = std::map<std::string, std::set<std::string>>;
+
 struct FrameSchedule {
   std::vector<ScheduleImage> images;
   std::vector<ScheduleBuffer> buffers;
@@ -166,10 +171,10 @@ struct FrameSchedule {
   std::vector<std::vector<ScheduleCommand>> frames;
   size_t repeats_from = 0;
   size_t period = 1;
-  /// Members of FrameParameters that change with a property of the frame: "index", "jitter_x",
+  /// Members of the parameters that change with a property of the frame: "index", "jitter_x",
   /// "jitter_y", "focal_pixels", "samples_per_pixel"; and with "number", that of the frame in the
   /// sequence.
-  std::map<std::string, std::vector<std::string>> members_of;
+  std::map<std::string, MembersOfBuffers> members_of;
 };
 
 /// The commands of the first frames of a sequence, until they repeat. Works as VulkanDenoiser on a

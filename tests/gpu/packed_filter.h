@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -27,7 +28,8 @@ using PackImages = std::map<std::string, VkImageView>;
 class PackedFilter {
  public:
   using Json = nlohmann::json;
-  using Values = std::map<std::string, uint32_t>;  ///< bits of members
+  /// Bits of members of parameters, by their buffers.
+  using Values = std::map<std::string, std::map<std::string, uint32_t>>;
 
   PackedFilter(const gpu::DeviceContext* context, const std::filesystem::path& folder)
       : c_(*context), arena_(context), folder_(folder) {
@@ -53,7 +55,8 @@ class PackedFilter {
   const Json& frames() const { return frames_; }
   size_t pipelines() const { return pipelines_.size(); }
 
-  /// Records frame n. \param parameters  values of members that differ from those of the pack
+  /// Records frame n, or frame 0 to begin anew.
+  /// \param parameters  values of members that differ from those of the pack
   void Record(VkCommandBuffer commands, size_t n, const PackImages& own, const Values& parameters) {
     const size_t from = frames_["repeats_from"];
     const size_t period = frames_["period"];
@@ -65,7 +68,9 @@ class PackedFilter {
       } else if (kind == "barrier") {
         Barrier(commands, command, {});
       } else if (kind == "transition") {
-        Barrier(commands, command, command["images"]);
+        // Once; later the last frame may still read what this one writes.
+        Barrier(commands, has_begun_ ? AnyBarrier() : command,
+                has_begun_ ? Json::array() : command["images"]);
       } else if (kind == "fill") {
         c_.vk.CmdFillBuffer(commands, buffers_.at(command["buffer"])->buffer, command["offset"],
                             command["bytes"], command["value"]);
@@ -74,6 +79,7 @@ class PackedFilter {
         Update(commands, command, parameters);
       }
     }
+    has_begun_ = true;
   }
 
  private:
@@ -82,6 +88,12 @@ class PackedFilter {
     VkPipelineLayout layout = VK_NULL_HANDLE;
     std::vector<VkDescriptorSetLayout> sets;
   };
+
+  const Json& AnyBarrier() const {
+    const Json& commands = frames_["frames"][0];
+    return *std::find_if(commands.begin(), commands.end(),
+                         [](const Json& command) { return command["command"] == "barrier"; });
+  }
 
   static VkFormat FormatOf(const std::string& name) {
     const std::map<std::string, VkFormat> formats = {
@@ -141,7 +153,7 @@ class PackedFilter {
       }
     }
     for (const Json& buffer : frames_["buffers"]) {
-      const bool uniform = buffer["name"] == "parameters";
+      const bool uniform = buffer["name"].get<std::string>().ends_with("parameters");
       buffers_[buffer["name"]] = arena_
                                      .AddBuffer(buffer["bytes"],
                                                 uniform ? VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT
@@ -154,7 +166,7 @@ class PackedFilter {
   }
 
   void MakePool() {
-    constexpr uint32_t kMost = 1024;
+    constexpr uint32_t kMost = 4096;  // two for each dispatch
     const VkDescriptorPoolSize sizes[] = {{VK_DESCRIPTOR_TYPE_SAMPLED_IMAGE, 32 * kMost},
                                           {VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, 8 * kMost},
                                           {VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER, kMost},
@@ -342,7 +354,9 @@ class PackedFilter {
 
   void Update(VkCommandBuffer commands, const Json& command, const Values& parameters) {
     std::vector<std::byte> bytes = BytesOf(command["data"]);
-    for (const auto& [name, value] : parameters) {
+    const auto own = parameters.find(command["buffer"]);
+    for (const auto& [name, value] :
+         own != parameters.end() ? own->second : std::map<std::string, uint32_t>()) {
       const uint32_t offset = OffsetOf(name);
       std::memcpy(bytes.data() + offset, &value, sizeof(value));
     }
@@ -370,6 +384,7 @@ class PackedFilter {
   std::map<std::string, const gpu::Buffer*> buffers_;
   std::map<std::string, Pipeline> pipelines_;
   VkDescriptorPool pool_ = VK_NULL_HANDLE;
+  bool has_begun_ = false;
 };
 
 }  // namespace stillray::test

@@ -356,8 +356,11 @@ TEST(FrameSchedule, ResourcesFitTheShaders) {
       ScheduleOptions options = OptionsOf(preset);
       options.precision = precision;
       options.jittered = true;
-      options.outputs = {"colour_half", "display", "filtered_0"};
+      options.outputs = {"colour_half", "display"};
       options.incomplete_guides = true;
+      options.inputs.insert(options.inputs.end(),
+                            {"roughness", "reflection.depth", "reflection.normal", "reflection.id",
+                             "reflection.motion", "reflection.albedo"});
       const FrameSchedule schedule = ScheduleOf(options);
       for (const std::vector<ScheduleCommand>& frame : schedule.frames) {
         for (const ScheduleCommand& c : frame) {
@@ -432,10 +435,13 @@ TEST(FrameSchedule, HasTheParametersOfTheFrame) {
   EXPECT_EQ(parameters.lights, 15);
   EXPECT_EQ(parameters.albedos, 3);
   EXPECT_EQ(parameters.has_emission, 0);
-  EXPECT_THAT(schedule.members_of.at("jitter_x"), ElementsAre("limit_history.jitter_x"));
-  EXPECT_THAT(schedule.members_of.at("jitter_y"), ElementsAre("limit_history.jitter_y"));
-  EXPECT_THAT(schedule.members_of.at("index"), ElementsAre("tonemap.frame"));
-  EXPECT_THAT(schedule.members_of.at("focal_pixels"), Contains("atrous.edges.focal_pixels"));
+  const auto members_of = [&](const char* property) {
+    return schedule.members_of.at(property).at("parameters");
+  };
+  EXPECT_THAT(members_of("jitter_x"), ElementsAre("limit_history.jitter_x"));
+  EXPECT_THAT(members_of("jitter_y"), ElementsAre("limit_history.jitter_y"));
+  EXPECT_THAT(members_of("index"), ElementsAre("tonemap.frame"));
+  EXPECT_THAT(members_of("focal_pixels"), Contains("atrous.edges.focal_pixels"));
   EXPECT_THAT(schedule.members_of.at("number"), IsEmpty());
 }
 
@@ -497,6 +503,11 @@ TEST(FrameSchedule, SaysWhatIsWrong) {
   options = OptionsOf("svgf");
   std::erase(options.inputs, "motion");
   EXPECT_THAT(message(options), HasSubstr("image 'motion' is not given"));
+  options = OptionsOf("default");
+  options.inputs.emplace_back("reflection.normal");
+  EXPECT_THAT(message(options), HasSubstr("the input image 'reflection.depth' is not given"));
+  options.inputs.emplace_back("reflection.depth");
+  EXPECT_THAT(message(options), HasSubstr("image 'reflection.motion' is not given"));
   options = OptionsOf("svgf");
   options.width = 0;
   EXPECT_THAT(message(options), HasSubstr("frames are 0x37, expected 1x1 to"));

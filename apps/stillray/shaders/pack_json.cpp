@@ -149,7 +149,7 @@ class CommandWriter {
     Json json = {
         {"command", "update"}, {"buffer", c.buffer}, {"offset", c.offset}, {"data", Hex(c.bytes)}};
     const auto block = std::ranges::find(table_.blocks, "FrameParameters", &PackBlock::name);
-    if (c.buffer == "parameters" && block != table_.blocks.end()) {
+    if (c.buffer.ends_with("parameters") && block != table_.blocks.end()) {
       json["values"] = ValuesJson(block->members, c.bytes);
     }
     return json;

@@ -23,7 +23,7 @@ constexpr const char* kHowTo = R"(
 ## Run a frame
 
 1. Create the images and buffers below, with the usages sampled, storage and transfer destination; buffers are
-   storage buffers, `parameters` a uniform buffer too. Inputs may have any format that shaders read as float (`id`:
+   storage buffers, those named parameters uniform buffers too. Inputs may have any format that shaders read as float (`id`:
    R32_UINT) with enough channels; outputs have the format given here.
 2. For each shader of the frames create a pipeline: the descriptor sets have the bindings of its `sets` in
    `shaders.json`, from 0 on in the order sampled images, storage images, uniform buffers, storage buffers; push
@@ -33,10 +33,10 @@ constexpr const char* kHowTo = R"(
    again, with the period given there. `sets` of a dispatch names the resources of all bindings.
 4. All images are in the layout GENERAL. The transition at the beginning of the first frame brings the filter's own
    images there; inputs must be visible to compute shaders before the frame.
-5. `parameters` of each frame is the update's `data`, and its `values` by name. `members_of` lists the members that
-   change with a property of a frame: set them before the update. `jitter_x`, `jitter_y` and `focal_pixels` are the values
+5. Parameters of each frame are the update's `data`, and its `values` by name. `members_of` lists the members that
+   change with a property of a frame, by buffer: set them before the update. `jitter_x`, `jitter_y` and `focal_pixels` are the values
    of stillray's Frame; `tonemap.frame`, the index, seeds the dither of the display.
-6. To begin anew after a cut, start with frame 0 again, without its transition.
+6. To begin anew after a cut, start with frame 0 again: with a barrier like the others in place of its transitions.
 
 After another size or other settings, inputs or outputs, make another pack: formats, constants and passes may differ.
 )";
@@ -49,9 +49,8 @@ std::string Pixels(const ScheduleImage& image) {
 std::string ResourcesText(const FrameSchedule& schedule) {
   std::string text =
       "\n## Images\n\nWidth x height, and x layers of arrays. History: a frame may read what an "
-      "earlier "
-      "one has written. Placeholders\nare bound where there is no image.\n\n| image | | format | "
-      "pixels | history |\n|---|---|---|---|---|\n";
+      "earlier one has written.\nPlaceholders are bound where there is no image.\n\n"
+      "| image | | format | pixels | history |\n|---|---|---|---|---|\n";
   for (const ScheduleImage& image : schedule.images) {
     text += fmt::format("| `{}` | {} | {} | {} | {} |\n", image.name, image.role,
                         image.format.empty() ? "any" : image.format, Pixels(image),
@@ -66,16 +65,17 @@ std::string ResourcesText(const FrameSchedule& schedule) {
 }
 
 /// The resources that a dispatch uses.
-std::string UsesText(const ScheduleCommand& c, const ShaderTable& table) {
+std::string UsesText(const ScheduleCommand& c, const FrameSchedule& schedule,
+                     const ShaderTable& table) {
   const auto shader = std::ranges::find(table.shaders, c.shader, &PackedShader::name);
   std::vector<std::string> uses;
   for (const PackBinding& use : shader->bindings) {
     const auto bound = std::ranges::find_if(c.bindings, [&](const ScheduleBinding& b) {
       return b.set == use.set && b.binding == use.binding;
     });
-    const bool stands_for_none =
-        bound->resource.starts_with("no_") || bound->resource.starts_with("nothing");
-    if (!stands_for_none && bound->resource != "parameters") {  // which all read
+    const auto image = std::ranges::find(schedule.images, bound->resource, &ScheduleImage::name);
+    const bool stands_for_none = image != schedule.images.end() && image->role == "placeholder";
+    if (!stands_for_none && !bound->resource.ends_with("parameters")) {  // which all read
       const char* arrow = use.writes && use.reads ? "<-> " : use.writes ? "-> " : "";
       uses.push_back(arrow + bound->resource);
     }
@@ -83,11 +83,12 @@ std::string UsesText(const ScheduleCommand& c, const ShaderTable& table) {
   return fmt::format("{}", fmt::join(uses, ", "));
 }
 
-std::string CommandText(const ScheduleCommand& c, const ShaderTable& table) {
+std::string CommandText(const ScheduleCommand& c, const FrameSchedule& schedule,
+                        const ShaderTable& table) {
   switch (c.kind) {
     case ScheduleCommand::Kind::kDispatch:
       return fmt::format("| {} | `{}` | {} x {} | {} |\n", c.part, c.shader, c.groups[0],
-                         c.groups[1], UsesText(c, table));
+                         c.groups[1], UsesText(c, schedule, table));
     case ScheduleCommand::Kind::kBarrier:
       return "| | barrier | | |\n";
     case ScheduleCommand::Kind::kTransition:
@@ -108,7 +109,7 @@ std::string FramesText(const FrameSchedule& schedule, const ShaderTable& table) 
         "|\n|---|---|---|---|\n",
         i);
     for (const ScheduleCommand& command : schedule.frames[i]) {
-      text += CommandText(command, table);
+      text += CommandText(command, schedule, table);
     }
   }
   return text;

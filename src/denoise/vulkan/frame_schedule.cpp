@@ -47,6 +47,10 @@ template <VulkanImage VulkanFrame::*kMember>
 VulkanImage& ImageOf(VulkanFrame* frame) {
   return frame->*kMember;
 }
+template <VulkanVirtualGuides VulkanFrame::*kGuides, VulkanImage VulkanVirtualGuides::*kMember>
+VulkanImage& SeenOf(VulkanFrame* frame) {
+  return (frame->*kGuides).*kMember;
+}
 template <size_t kSignal>
 VulkanImage& FilteredOf(VulkanFrame* frame) {
   return frame->filtered[kSignal];
@@ -77,7 +81,17 @@ constexpr InputImage kInputs[] = {
     {"samples", ImageOf<&VulkanFrame::samples>},
     {"roughness", ImageOf<&VulkanFrame::roughness>},
     {"confidence", ImageOf<&VulkanFrame::confidence>},
-    {"previous_normal", ImageOf<&VulkanFrame::previous_normal>}};
+    {"previous_normal", ImageOf<&VulkanFrame::previous_normal>},
+    {"reflection.depth", SeenOf<&VulkanFrame::reflection, &VulkanVirtualGuides::depth>},
+    {"reflection.normal", SeenOf<&VulkanFrame::reflection, &VulkanVirtualGuides::normal>},
+    {"reflection.motion", SeenOf<&VulkanFrame::reflection, &VulkanVirtualGuides::motion>},
+    {"reflection.id", SeenOf<&VulkanFrame::reflection, &VulkanVirtualGuides::id>},
+    {"reflection.albedo", SeenOf<&VulkanFrame::reflection, &VulkanVirtualGuides::albedo>},
+    {"refraction.depth", SeenOf<&VulkanFrame::refraction, &VulkanVirtualGuides::depth>},
+    {"refraction.normal", SeenOf<&VulkanFrame::refraction, &VulkanVirtualGuides::normal>},
+    {"refraction.motion", SeenOf<&VulkanFrame::refraction, &VulkanVirtualGuides::motion>},
+    {"refraction.id", SeenOf<&VulkanFrame::refraction, &VulkanVirtualGuides::id>},
+    {"refraction.albedo", SeenOf<&VulkanFrame::refraction, &VulkanVirtualGuides::albedo>}};
 constexpr InputImage kOutputs[] = {{"colour", ImageOf<&VulkanFrame::colour>},
                                    {"colour_half", ImageOf<&VulkanFrame::colour>},
                                    {"display", ImageOf<&VulkanFrame::display>},
@@ -114,17 +128,28 @@ Status CheckNames(const std::vector<std::string>& given, std::span<const std::st
   return Status::Ok();
 }
 
-Status CheckOptions(const ScheduleOptions& o) {
-  STILLRAY_RETURN_IF_ERROR(CheckNames(o.inputs, ScheduleInputNames(), "input image"));
-  STILLRAY_RETURN_IF_ERROR(CheckNames(o.outputs, ScheduleOutputNames(), "output image"));
-  return Contains(o.outputs, "colour") && Contains(o.outputs, "colour_half")
-             ? Status::InvalidArgument(
-                   "the output images 'colour' and 'colour_half' are given, expected one of them")
-             : Status::Ok();
+bool HasAny(const ScheduleOptions& o, std::string_view prefix) {
+  return std::ranges::any_of(o.inputs,
+                             [&](const std::string& name) { return name.starts_with(prefix); });
 }
 
 bool HasTransmission(const ScheduleOptions& o) {
   return Contains(o.inputs, "direct_transmission") || Contains(o.inputs, "indirect_transmission");
+}
+
+Status CheckOptions(const ScheduleOptions& o) {
+  STILLRAY_RETURN_IF_ERROR(CheckNames(o.inputs, ScheduleInputNames(), "input image"));
+  STILLRAY_RETURN_IF_ERROR(CheckNames(o.outputs, ScheduleOutputNames(), "output image"));
+  for (const std::string seen : {"reflection.", "refraction."}) {
+    if (HasAny(o, seen) && !Contains(o.inputs, seen + "depth")) {
+      return Status::InvalidArgument(
+          fmt::format("the input image '{}depth' is not given, beside others of '{}'", seen, seen));
+    }
+  }
+  return Contains(o.outputs, "colour") && Contains(o.outputs, "colour_half")
+             ? Status::InvalidArgument(
+                   "the output images 'colour' and 'colour_half' are given, expected one of them")
+             : Status::Ok();
 }
 
 VulkanOptions OptionsOf(const ScheduleOptions& o) {
@@ -135,6 +160,7 @@ VulkanOptions OptionsOf(const ScheduleOptions& o) {
   options.transmission = HasTransmission(o);
   options.precision = o.precision;
   options.incomplete_guides = o.incomplete_guides;
+  options.virtual_guides = HasAny(o, "reflection.") || HasAny(o, "refraction.");
   options.debug_labels = true;
   return options;
 }
@@ -207,9 +233,17 @@ class Recording {
   std::unique_ptr<VulkanDenoiser> denoiser_;
 };
 
+/// Whether the image is a placeholder of FrameImages.
+bool StandsForNone(std::string_view name) {
+  constexpr std::string_view kLayer = "_layer.";
+  const size_t layer = name.find(kLayer);
+  name.remove_prefix(layer != std::string_view::npos ? layer + kLayer.size() : 0);
+  return name.starts_with("no_") || name.starts_with("nothing");
+}
+
 Status AddResources(const ScheduleOptions& options, const Recording& recording,
                     FrameSchedule* schedule) {
-  const Result<ResourceNames> names = NameResources(options, HasTransmission(options));
+  const Result<ResourceNames> names = NameResources(OptionsOf(options), options.shared_memory);
   STILLRAY_RETURN_IF_ERROR(names.status());
   schedule->images = recording.own_images();
   const std::vector<DryDevice::Image>& images = recording.dry().images();
@@ -218,10 +252,9 @@ Status AddResources(const ScheduleOptions& options, const Recording& recording,
   for (size_t i = own; i < images.size(); ++i) {
     const DryDevice::Image& image = images[i];
     const std::string& name = names->images[i - own];
-    const bool stands_for_none = name.starts_with("no_") || name.starts_with("nothing");
     schedule->images.push_back({name, FormatName(image.format), image.width, image.height,
                                 image.is_array ? image.layers : 0,
-                                stands_for_none ? "placeholder" : "internal"});
+                                StandsForNone(name) ? "placeholder" : "internal"});
   }
   const std::vector<DryDevice::Buffer>& buffers = recording.dry().buffers();
   STILLRAY_CHECK_EQ(buffers.size(), names->buffers.size());
@@ -263,60 +296,66 @@ bool FindPeriod(FrameSchedule* schedule) {
   return false;
 }
 
-std::vector<std::byte> ParametersOf(const std::vector<DryCommand>& commands) {
+/// Bytes of each buffer of parameters.
+using Parameters = std::map<std::string, std::vector<std::byte>>;
+
+Parameters ParametersOf(const std::vector<DryCommand>& commands, const FrameSchedule& schedule) {
+  Parameters parameters;
   for (const DryCommand& c : commands) {
     if (c.kind == DryCommand::Kind::kUpdate) {
-      return c.bytes;
+      parameters[schedule.buffers[c.buffer].name] = c.bytes;
     }
   }
-  return {};
+  return parameters;
 }
 
 /// The parameters of the second frame of a sequence after a change of its properties.
-Result<std::vector<std::byte>> ParametersAfter(const ScheduleOptions& options,
-                                               void (*change)(VulkanFrame*)) {
+Result<Parameters> ParametersAfter(const ScheduleOptions& options, const FrameSchedule& schedule,
+                                   void (*change)(VulkanFrame*)) {
   Recording recording(options);
   STILLRAY_RETURN_IF_ERROR(recording.Begin());
   STILLRAY_RETURN_IF_ERROR(recording.Record().status());
   change(recording.frame());
   const Result<std::vector<DryCommand>> commands = recording.Record();
   STILLRAY_RETURN_IF_ERROR(commands.status());
-  return ParametersOf(*commands);
+  return ParametersOf(*commands, schedule);
 }
 
-/// Members of the parameters whose bytes differ.
-std::vector<std::string> DifferentMembers(const std::vector<std::byte>& a,
-                                          const std::vector<std::byte>& b,
-                                          const ShaderTable& table) {
+/// Adds the members of the parameters whose bytes differ.
+void AddDifferentMembers(const Parameters& a, const Parameters& b, const ShaderTable& table,
+                         MembersOfBuffers* members) {
   const auto block = std::ranges::find(table.blocks, "FrameParameters", &PackBlock::name);
   STILLRAY_CHECK(block != table.blocks.end());
-  std::vector<std::string> names;
-  for (const PackMember& m : block->members) {
-    if (std::memcmp(a.data() + m.offset, b.data() + m.offset, m.bytes) != 0) {
-      names.push_back(m.name);
+  for (const auto& [buffer, bytes] : a) {
+    for (const PackMember& m : block->members) {
+      const std::vector<std::byte>& others = b.at(buffer);
+      if (std::memcmp(bytes.data() + m.offset, others.data() + m.offset, m.bytes) != 0) {
+        (*members)[buffer].insert(m.name);
+      }
     }
   }
-  return names;
 }
 
 /// Members that differ between frames of the same commands, but for those of the index.
-std::vector<std::string> MembersOfNumber(const std::vector<std::vector<DryCommand>>& frames,
-                                         const FrameSchedule& schedule, const ShaderTable& table) {
-  std::set<std::string> members;
+MembersOfBuffers MembersOfNumber(const std::vector<std::vector<DryCommand>>& frames,
+                                 const FrameSchedule& schedule, const ShaderTable& table) {
+  MembersOfBuffers members;
   for (size_t i = schedule.repeats_from; i + schedule.period < frames.size(); ++i) {
-    const std::vector<std::string> differ =
-        DifferentMembers(ParametersOf(frames[i]), ParametersOf(frames[i + schedule.period]), table);
-    members.insert(differ.begin(), differ.end());
+    AddDifferentMembers(ParametersOf(frames[i], schedule),
+                        ParametersOf(frames[i + schedule.period], schedule), table, &members);
   }
-  for (const std::string& of_index : schedule.members_of.at("index")) {
-    members.erase(of_index);
+  for (const auto& [buffer, of_index] : schedule.members_of.at("index")) {
+    for (const std::string& member : of_index) {
+      members[buffer].erase(member);
+    }
   }
-  return {members.begin(), members.end()};
+  std::erase_if(members, [](const auto& of_buffer) { return of_buffer.second.empty(); });
+  return members;
 }
 
 Status FindMembers(const ScheduleOptions& options, const ShaderTable& table,
                    FrameSchedule* schedule) {
-  const Result<std::vector<std::byte>> before = ParametersAfter(options, [](VulkanFrame*) {});
+  const Result<Parameters> before = ParametersAfter(options, *schedule, [](VulkanFrame*) {});
   STILLRAY_RETURN_IF_ERROR(before.status());
   using Change = void (*)(VulkanFrame*);
   const std::pair<const char*, Change> changes[] = {
@@ -326,9 +365,9 @@ Status FindMembers(const ScheduleOptions& options, const ShaderTable& table,
       {"focal_pixels", [](VulkanFrame* f) { f->focal_pixels += 100; }},
       {"samples_per_pixel", [](VulkanFrame* f) { f->samples_per_pixel *= 1.5f; }}};
   for (const auto& [property, change] : changes) {
-    const Result<std::vector<std::byte>> after = ParametersAfter(options, change);
+    const Result<Parameters> after = ParametersAfter(options, *schedule, change);
     STILLRAY_RETURN_IF_ERROR(after.status());
-    schedule->members_of[property] = DifferentMembers(*before, *after, table);
+    AddDifferentMembers(*before, *after, table, &schedule->members_of[property]);
   }
   return Status::Ok();
 }

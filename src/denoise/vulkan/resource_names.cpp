@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <memory>
+#include <utility>
 
 #include "core/check.h"
 #include "denoise/vulkan/frame_pipeline.h"
+#include "denoise/vulkan/layer_passes.h"
 #include "gpu/dry_device.h"
 #include "gpu/shared_pipelines.h"
 
@@ -16,10 +18,12 @@ namespace {
 
 using gpu::DryDevice;
 
-void NameImages(const FrameImages& i, const DryDevice& dry, ResourceNames* names) {
+/// \param prefix  of all names
+void NameImages(const FrameImages& i, const std::string& prefix, const DryDevice& dry,
+                ResourceNames* names) {
   const auto name = [&](const gpu::Image* image, const char* text) {
     if (image != nullptr && names->images[dry.ImageOf(image->view)].empty()) {
-      names->images[dry.ImageOf(image->view)] = text;
+      names->images[dry.ImageOf(image->view)] = prefix + text;
     }
   };
   // First those that stand for others.
@@ -69,7 +73,7 @@ void NameImages(const FrameImages& i, const DryDevice& dry, ResourceNames* names
   name(i.changes, "changes");
   name(i.followed_ratio, "followed_ratio");
   const auto name_buffer = [&](const gpu::Buffer* buffer, const char* text) {
-    names->buffers[DryDevice::IndexOf(buffer->buffer)] = text;
+    names->buffers[DryDevice::IndexOf(buffer->buffer)] = prefix + text;
   };
   name_buffer(i.parameters, "parameters");
   name_buffer(i.state, "state");
@@ -92,43 +96,123 @@ void NameHeld(const FillGuidesPass::Held& held, const std::string& prefix, const
   }
 }
 
+void NameFilling(const FillGuidesPass& filling, const std::string& prefix, const DryDevice& dry,
+                 ResourceNames* names) {
+  NameHeld(filling.progress().now, prefix + "held_0.", dry, names);
+  NameHeld(filling.progress().before, prefix + "held_1.", dry, names);
+  names->images[dry.ImageOf(filling.motion().view)] = prefix + "filled_motion";
+  // Those that have no name yet, in the order of their creation.
+  for (const char* name : {"pyramid", "rejected_guides"}) {
+    const auto unnamed = std::ranges::find(names->buffers, "");
+    STILLRAY_CHECK(unnamed != names->buffers.end());
+    *unnamed = prefix + name;
+  }
+}
+
+void NameLayer(const LayerImages& i, const std::string& prefix, const DryDevice& dry,
+               ResourceNames* names) {
+  const auto name = [&](const gpu::Image* image, const char* text) {
+    names->images[dry.ImageOf(image->view)] = prefix + text;
+  };
+  name(i.depth, "selected_depth");
+  name(i.normal, "selected_normal");
+  name(i.motion, "selected_motion");
+  name(i.id, "selected_id");
+  name(i.roughness, "selected_roughness");
+  name(i.albedo, "selected_albedo");
+  name(i.previous_normal, "selected_previous_normal");
+  name(i.direct_moment, "direct_moment");
+  name(i.indirect_moment, "indirect_moment");
+  name(i.picture, "layer_picture");
+  name(i.picture_motion, "picture_motion");
+  name(i.emission, "rest_emission");
+}
+
+PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
+  PipelineOptions options;
+  options.settings = o.settings;
+  options.width = o.width;
+  options.height = o.height;
+  options.transmission = o.transmission;
+  options.storage = o.precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf;
+  options.timed = false;
+  options.fills_guides = o.incomplete_guides;
+  return options;
+}
+
+/// Creates what VulkanDenoiser::Create does, and names it.
+class Namer {
+ public:
+  Namer(const gpu::DeviceContext* context, const DryDevice& dry, const VulkanOptions& options)
+      : context_(context), dry_(dry), options_(options) {}
+
+  Status NameAll() {
+    STILLRAY_RETURN_IF_ERROR(NamePipeline(PipelineOptionsOf(options_), ""));
+    if (options_.virtual_guides) {
+      STILLRAY_RETURN_IF_ERROR(NameLayerOf(GuideSource::kReflection, "reflection_layer."));
+      if (options_.transmission) {
+        STILLRAY_RETURN_IF_ERROR(NameLayerOf(GuideSource::kRefraction, "refraction_layer."));
+      }
+    }
+    STILLRAY_CHECK(std::ranges::count(names_.images, "") == 0 &&
+                   std::ranges::count(names_.buffers, "") == 0);
+    return Status::Ok();
+  }
+
+  ResourceNames Take() { return std::move(names_); }
+
+ private:
+  void MakeRoom() {
+    names_.images.resize(dry_.images().size());
+    names_.buffers.resize(dry_.buffers().size());
+  }
+
+  Status NamePipeline(const PipelineOptions& options, const std::string& prefix) {
+    const Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(context_, options);
+    STILLRAY_RETURN_IF_ERROR(made.status());
+    MakeRoom();
+    NameImages((*made)->images(), prefix, dry_, &names_);
+    if ((*made)->fill_guides() != nullptr) {
+      NameFilling(*(*made)->fill_guides(), prefix, dry_, &names_);
+    }
+    return Status::Ok();
+  }
+
+  Status NameLayerOf(GuideSource source, const std::string& prefix) {
+    const Result<std::unique_ptr<LayerPasses>> passes =
+        LayerPasses::Create(context_, source, false, 0);
+    STILLRAY_RETURN_IF_ERROR(passes.status());
+    STILLRAY_RETURN_IF_ERROR((*passes)->Prepare({.width = options_.width,
+                                                 .height = options_.height,
+                                                 .previous_normals = true,
+                                                 .second_moments = true,
+                                                 .with_picture = true}));
+    PipelineOptions options = PipelineOptionsOf(options_);
+    options.settings = SettingsOfLayer(options_.settings);
+    options.transmission = source == GuideSource::kRefraction;
+    MakeRoom();
+    NameLayer(*(*passes)->images(), prefix, dry_, &names_);
+    return NamePipeline(options, prefix);
+  }
+
+  const gpu::DeviceContext* context_;
+  const DryDevice& dry_;
+  const VulkanOptions& options_;
+  ResourceNames names_;
+};
+
 }  // namespace
 
-Result<ResourceNames> NameResources(const ScheduleOptions& o, bool transmission) {
-  DryDevice dry(o.shared_memory);
+Result<ResourceNames> NameResources(const VulkanOptions& options, uint32_t shared_memory) {
+  DryDevice dry(shared_memory);
   Result<gpu::DeviceContext> context = gpu::MakeContext(
       DryDevice::get_instance_proc_addr(), dry.instance(), dry.physical(), dry.device());
   STILLRAY_RETURN_IF_ERROR(context.status());
   gpu::SharedPipelines pipelines(&*context);
   context->pipelines = &pipelines;
-  PipelineOptions options;
-  options.settings = o.settings;
-  options.width = o.width;
-  options.height = o.height;
-  options.transmission = transmission;
-  options.storage = o.precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf;
-  options.timed = false;
-  options.fills_guides = o.incomplete_guides;
-  const Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(&*context, options);
-  STILLRAY_RETURN_IF_ERROR(made.status());
-  ResourceNames names;
-  names.images.resize(dry.images().size());
-  names.buffers.resize(dry.buffers().size());
-  NameImages((*made)->images(), dry, &names);
-  if (const FillGuidesPass* filling = (*made)->fill_guides()) {
-    NameHeld(filling->progress().now, "held_0.", dry, &names);
-    NameHeld(filling->progress().before, "held_1.", dry, &names);
-    names.images[dry.ImageOf(filling->motion().view)] = "filled_motion";
-    // Those that have no name yet, in the order of their creation.
-    for (const char* name : {"pyramid", "rejected_guides"}) {
-      const auto unnamed = std::ranges::find(names.buffers, "");
-      STILLRAY_CHECK(unnamed != names.buffers.end());
-      *unnamed = name;
-    }
-  }
-  STILLRAY_CHECK(std::ranges::count(names.images, "") == 0 &&
-                 std::ranges::count(names.buffers, "") == 0);
-  return names;
+  Namer namer(&*context, dry, options);
+  STILLRAY_RETURN_IF_ERROR(namer.NameAll());
+  return namer.Take();
 }
 
 }  // namespace stillray::vulkan

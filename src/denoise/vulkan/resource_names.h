@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "denoise/shader_pack.h"
+#include "stillray/vulkan.hpp"
 
 namespace stillray::vulkan {
 
@@ -17,8 +17,7 @@ struct ResourceNames {
   std::vector<std::string> buffers;
 };
 
-/// From a pipeline like that of the denoiser, which creates them in the same order.
-/// \param transmission  frames have transmission signals
-Result<ResourceNames> NameResources(const ScheduleOptions& options, bool transmission);
+/// From pipelines like those of the denoiser, which creates them in the same order.
+Result<ResourceNames> NameResources(const VulkanOptions& options, uint32_t shared_memory);
 
 }  // namespace stillray::vulkan
