@@ -31,8 +31,9 @@ constexpr const char* kHowTo = R"(
    value in a dispatch are not read.
 3. Frame n has the commands of `frames[n]` in `frames.json`; from the last one on, those from `repeats_from` on come
    again, with the period given there. `sets` of a dispatch names the resources of all bindings.
-4. All images are in the layout GENERAL. The transition at the beginning of the first frame brings the filter's own
-   images there; inputs must be visible to compute shaders before the frame.
+4. Formats, stages and accesses are those of Vulkan, without prefix and `_BIT`; `written` and `used` are the accesses before
+   and after a memory barrier. All images are in the layout GENERAL: transitions in the first frame bring the filter's own
+   images there. Inputs must be visible to compute shaders before the frame, which write the outputs.
 5. Parameters of each frame are the update's `data`, and its `values` by name. `members_of` lists the members that
    change with a property of a frame, by buffer: set them before the update. `jitter_x`, `jitter_y` and `focal_pixels` are the values
    of stillray's Frame; `tonemap.frame`, the index, seeds the dither of the display.
