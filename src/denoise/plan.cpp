@@ -227,7 +227,7 @@ bool SumsImageAlbedo(const FrameFacts& facts, const FramePlan& plan) {
       plan.layers.begin(), plan.layers.end(),
       [](const PlannedLayer& layer) { return layer.guides == GuideSource::kReflection; });
   const bool has_albedo = (facts.albedos & 2u) != 0;
-  return has_albedo && !plan.runs.fill_guides && (reflects || facts.has_image_albedo);
+  return has_albedo && !plan.runs.fill_guides && (reflects || facts.albedo_of_images);
 }
 
 void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {

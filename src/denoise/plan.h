@@ -50,7 +50,7 @@ struct FrameFacts {
   bool has_previous_normal = false;
   bool has_reflection = false;         ///< virtual guides of the specular signals are given
   bool has_refraction = false;         ///< of the transmission signals
-  bool has_image_albedo = false;       ///< of a part: the specular albedo is that of images, too
+  bool albedo_of_images = false;       ///< of a part: the specular albedo is that of images, too
   bool has_confidence = false;         ///< in the light of the last frame
   bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
   float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse

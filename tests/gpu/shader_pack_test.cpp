@@ -36,7 +36,7 @@ using ::testing::HasSubstr;
 constexpr int kWidth = 61;
 constexpr int kHeight = 37;
 /// More than the frames of a pack, which then repeat.
-constexpr int kFrames = 6;
+constexpr int kFrames = 8;
 
 constexpr const char* kInputs =
     "direct_diffuse,indirect_diffuse,direct_specular,indirect_specular,depth,normal,id,motion,"
@@ -254,7 +254,7 @@ TEST(ShaderPackFiles, AreThoseOfTheTable) {
   const TemporaryFolder folder;
   const ProgramRun run = RunProgram({"shaders", "-o", folder / "new/pack", "--preset", "svgf"});
   EXPECT_EQ(run.exit_code, 0) << run.errors;
-  EXPECT_THAT(run.errors, HasSubstr(" shaders, 3 frames; "));
+  EXPECT_THAT(run.errors, HasSubstr(" shaders, 7 frames; "));
   const std::filesystem::path pack = folder / "new/pack";
   const auto table = nlohmann::json::parse(std::ifstream(pack / "shaders.json"));
   size_t files = 0;

@@ -117,7 +117,7 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
   facts.has_incomplete_guides = settings_.fill_guides && HasIncompleteGuides(f);
-  facts.has_image_albedo = shown_ != nullptr;
+  facts.albedo_of_images = shown_ != nullptr;
   facts.samples_per_pixel = SamplesPerPixel(f, &row_sums_);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));

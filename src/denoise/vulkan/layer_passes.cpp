@@ -372,7 +372,7 @@ FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
   facts.has_roughness = true;
   facts.has_reflection = false;
   facts.has_refraction = false;
-  facts.has_image_albedo = false;
+  facts.albedo_of_images = false;
   facts.is_displayed = false;
   return facts;
 }
@@ -406,7 +406,7 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   facts.second_moments &= ~lights;
   facts.has_emission = true;
   (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
-  facts.has_image_albedo = facts.has_image_albedo || SumsImageAlbedo(frame);
+  facts.albedo_of_images = facts.albedo_of_images || SumsImageAlbedo(frame);
   return facts;
 }
 
