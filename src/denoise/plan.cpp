@@ -82,10 +82,13 @@ float ShortHistoryLength(const Settings& s) {
   return static_cast<float>(s.short_history_length) - kSampleRounding;
 }
 
+bool IsTransmitted(SignalKind kind) {
+  return kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
+}
+
 /// Light that is sparse, but smooth: indirect diffuse light, also where it is seen through glass.
 bool IsSmooth(SignalKind kind) {
-  return kind == SignalKind::kIndirectDiffuse || kind == SignalKind::kDirectTransmission ||
-         kind == SignalKind::kIndirectTransmission;
+  return kind == SignalKind::kIndirectDiffuse || IsTransmitted(kind);
 }
 
 bool IsReflected(SignalKind kind) {
@@ -174,10 +177,9 @@ bool RunsKeepSamples(const Settings& s, const FrameFacts& facts) {
 /// which it is relative: what a filter removes of the light does not become less with the noise.
 /// The best compromise of variance and squared bias falls with a power of the noise; the cube root
 /// of the samples has the least error on frames of 4 to 256 (docs/denoiser.md, keep_samples).
-float SigmaL(const Settings& s, const FrameFacts& facts) {
-  return s.variance_of == VarianceOf::kMean
-             ? s.sigma_l / std::cbrt(std::max(facts.samples_per_pixel, 1.0f))
-             : s.sigma_l;
+float FallOfSigmaL(const Settings& s, const FrameFacts& facts) {
+  return s.variance_of == VarianceOf::kMean ? std::cbrt(std::max(facts.samples_per_pixel, 1.0f))
+                                            : 1.0f;
 }
 
 /// Which stages run. \param now  the progress with this frame's jitter
@@ -269,10 +271,12 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->prefilter_variance = {
       .prefilter_variance = Int(s.prefilter_variance == PrefilterVariance::kOn),
       .luminance_scale_deviation = Int(s.luminance_scale == LuminanceScale::kDeviation),
-      .sigma_l = SigmaL(s, facts),
+      .sigma_l = s.sigma_l / FallOfSigmaL(s, facts),
       .luminance_epsilon = s.luminance_epsilon,
       .luminance_floor = s.luminance_floor,
-      .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f};
+      .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f,
+      .volume_signals = SignalsOfOnly(IsTransmitted, plan->signals, facts.lights),
+      .volume_widening = std::sqrt(FallOfSigmaL(s, facts))};
   plan->atrous = {.edges = EdgesOf(s, facts),
                   .wavelet_id = Int(s.wavelet_id),
                   .noise_ratio = s.noise_ratio,
@@ -364,6 +368,8 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   for (int& signals : of_layer.pilot_signals) {
     signals = signals >> layer.first & mask;
   }
+  int& volumes = of_layer.prefilter_variance.volume_signals;
+  volumes = volumes >> layer.first & mask;
   int& reflected = of_layer.atrous.reflected_signals;
   reflected = reflected >> layer.first & mask;
   int& wide = of_layer.limit_history.wide_signals;

@@ -243,6 +243,20 @@ TEST(Plan, TheToleranceOfLuminanceFallsWithTheSamples) {
   EXPECT_EQ(tolerance(Preset("psvgf"), 64), Preset("psvgf").sigma_l);
 }
 
+TEST(Plan, TheToleranceOfVolumesFallsLessWithTheSamples) {
+  FrameFacts facts = UsualFacts();
+  facts.lights |= 1u << static_cast<uint32_t>(SignalKind::kDirectTransmission);
+  const auto of = [&](const Settings& s, float samples) {
+    facts.samples_per_pixel = samples;
+    return MakePlan(s, facts, kLater).prefilter_variance;
+  };
+  EXPECT_EQ(of(Settings(), 1).volume_signals, 8);  // after the three of the test above
+  EXPECT_EQ(of(Settings(), 1).volume_widening, 1);
+  EXPECT_FLOAT_EQ(of(Settings(), 64).volume_widening, 2);
+  EXPECT_EQ(of(Preset("svgf"), 64).volume_widening, 1);
+  EXPECT_EQ(of(Preset("psvgf"), 64).volume_signals, 0);  // one signal of all light
+}
+
 TEST(Plan, SignalsOfMirrors) {
   FrameFacts facts = UsualFacts();  // direct diffuse, indirect diffuse, specular
   EXPECT_EQ(MakePlan(Settings(), facts, kLater).keep_mirrors.mirror_signals, 4);

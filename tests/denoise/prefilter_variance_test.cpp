@@ -104,6 +104,50 @@ TEST(PrefilterVariance, AsTheScalarStage) {
   hwy::SetSupportedTargetsForTest(0);
 }
 
+TEST(PrefilterVariance, WithAConfidenceAsTheScalarStage) {
+  const Signal signal;
+  Image1 confidence(kWidth, kHeight);
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      constexpr float kValues[] = {1, 0, 0.5f, 0.1f, 0.9f, -1, 2, NAN};
+      confidence(x, y) = kValues[(x + y) % 8];
+    }
+  }
+  PrefilterVarianceParameters p = test::DefaultPlan().prefilter_variance;
+  p.volume_widening = 1.8f;
+  PrefilterVarianceInput in = signal.Input(false);
+  Image1 narrow(kWidth, kHeight);
+  reference::PrefilterVariance(in, p, &narrow);
+  in.confidence = &confidence;
+  Image1 expected(kWidth, kHeight);
+  reference::PrefilterVariance(in, p, &expected);
+  int wider = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool sure = !(confidence(x, y) < 1);
+      EXPECT_TRUE(sure ? expected(x, y) == narrow(x, y) : expected(x, y) <= narrow(x, y));
+      wider += expected(x, y) < narrow(x, y) ? 1 : 0;
+    }
+  }
+  EXPECT_GT(wider, kWidth * kHeight / 4);
+  for (const int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    SCOPED_TRACE(hwy::TargetName(target));
+    hwy::SetSupportedTargetsForTest(target);
+    Image1 found(kWidth, kHeight);
+    cpu::PrefilterVariance(in, p, &found);
+    ExpectNear(found, expected);
+  }
+  hwy::SetSupportedTargetsForTest(0);
+}
+
+TEST(PrefilterVariance, LightOfVolumesHasAWiderTolerance) {
+  EXPECT_FLOAT_EQ(VolumeWidening(1.0f, 2.0f), 1.0f);
+  EXPECT_FLOAT_EQ(VolumeWidening(0.64f, 2.0f), 1.25f);
+  EXPECT_FLOAT_EQ(VolumeWidening(0.16f, 2.0f), 2.0f);
+  EXPECT_FLOAT_EQ(VolumeWidening(0.0f, 2.0f), 2.0f);
+  EXPECT_FLOAT_EQ(VolumeWidening(0.16f, 1.0f), 1.0f);
+}
+
 TEST(SmoothVariance, AsTheScalarStage) {
   Signal signal;
   for (int y = 0; y < kHeight; ++y) {

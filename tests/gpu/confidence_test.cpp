@@ -71,6 +71,25 @@ TEST_F(ConfidenceOnDevice, PicturesAreThoseOfTheCpu) {
   }
 }
 
+// Of several samples, whose transmitted light has a wider tolerance.
+TEST_F(ConfidenceOnDevice, PicturesOfVolumesAreThoseOfTheCpu) {
+  const Settings settings = test::WithoutFxaa(Settings());
+  for (const DevicePrecision precision : {DevicePrecision::kFloat, DevicePrecision::kHalf}) {
+    Denoiser denoiser = MakeDenoiser(settings, precision);
+    test::ExpectReferencePictures(
+        settings, &denoiser, 4,
+        [](int i) {
+          Frame f = MakeFrame(i);
+          f.samples = Image1(kWidth, kHeight);
+          f.samples.Fill(16);
+          f.signals.push_back(f.signals.front());
+          f.signals.back().kind = SignalKind::kDirectTransmission;
+          return f;
+        },
+        [&](const std::string& name) { return HistoryToleranceOf(name, precision); }, "volumes");
+  }
+}
+
 TEST_F(ConfidenceOnDevice, PicturesOfMirrorsAreThoseOfTheCpu) {
   const Settings settings = test::WithoutFxaa(Settings());
   Denoiser denoiser = MakeDenoiser(settings, DevicePrecision::kFloat);

@@ -113,14 +113,25 @@ void RunSmoothVariance(const CpuPipeline& p, const GuidePlanes& guides,
   }
 }
 
+/// The confidence by which the luminance weight of a signal is widened; nullptr: by none.
+const Image1* WideningConfidence(const CpuPipeline& p, const Frame& frame, size_t signal) {
+  const bool widens = p.plan.prefilter_variance.volume_widening > 1 &&
+                      (p.plan.prefilter_variance.volume_signals >> signal & 1) != 0;
+  return widens && !frame.confidence.empty() ? &frame.confidence : nullptr;
+}
+
 /// \param pilot  of the pilot estimate rather than of the light
-void RunPrefilterVariance(const CpuPipeline& p, const GuidePlanes& guides, bool pilot,
-                          WaveletPlanes* planes, DenoisedFrame* out) {
+void RunPrefilterVariance(const CpuPipeline& p, const Frame& frame, const GuidePlanes& guides,
+                          size_t signal, bool pilot, WaveletPlanes* planes, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "prefilter_variance");
   const Image1& luminance = pilot ? planes->pilot : (*planes->light)[0];
   const Image1& variance = pilot ? planes->filter[planes->target].variance : *planes->variance;
-  const PrefilterVarianceInput in = {&luminance, &variance, planes->where, &planes->history->length,
-                                     planes->all_valid ? &guides.full : nullptr};
+  const PrefilterVarianceInput in = {&luminance,
+                                     &variance,
+                                     planes->where,
+                                     &planes->history->length,
+                                     planes->all_valid ? &guides.full : nullptr,
+                                     WideningConfidence(p, frame, signal)};
   p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
 }
 
@@ -220,7 +231,7 @@ void KeepWeights(const CpuPipeline& p, int level, const GuidePlanes& guides,
   }
 }
 
-void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
+void RunLevel(const CpuPipeline& p, const Frame& frame, int level, const GuidePlanes& guides,
               std::vector<WaveletPlanes>* wavelet, FrameOutputs* outputs, DenoisedFrame* out) {
   std::array<AtrousSignal, kMostGroups> signals;
   const size_t count = wavelet->size();
@@ -228,7 +239,7 @@ void RunLevel(const CpuPipeline& p, int level, const GuidePlanes& guides,
   for (size_t i = 0; i < count; ++i) {
     const bool has_pilot = HasPilot(p, level, i);
     if (p.plan.runs.estimate_variance) {
-      RunPrefilterVariance(p, guides, has_pilot, &(*wavelet)[i], out);
+      RunPrefilterVariance(p, frame, guides, i, has_pilot, &(*wavelet)[i], out);
     }
     signals[i] = SignalOf(p, level, i, has_pilot, &(*wavelet)[i]);
   }
@@ -330,7 +341,7 @@ void RunWavelet(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& g
     KeepSmoothedVariance(p, wavelet, outputs);
   }
   for (int level = 0; level < p.plan.levels; ++level) {
-    RunLevel(p, level, guides, &wavelet, outputs, out);
+    RunLevel(p, in.frame, level, guides, &wavelet, outputs, out);
     const std::string name = outputs->any() ? fmt::format("atrous{}", level + 1) : "";
     for (size_t i = 0; i < wavelet.size(); ++i) {
       if (p.plan.feedback_level == level + 1) {

@@ -13,6 +13,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/confidence-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
@@ -145,15 +146,28 @@ class RowVariance {
   const SmoothScratch scratch_;
 };
 
+/// sigma_l of the pixels x, x + 1, ... of row y.
+HWY_INLINE VF SigmaAt(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& p, int x,
+                      int y) {
+  const DF d;
+  const VF sigma = hn::Set(d, p.sigma_l);
+  if (in.confidence == nullptr) {
+    return sigma;
+  }
+  const VF confidence = hn::Max(ConfidenceOf(*in.confidence, x, y), hn::Set(d, 1e-6f));
+  const VF widening = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(confidence));
+  return hn::Mul(sigma, hn::Min(widening, hn::Set(d, p.volume_widening)));
+}
+
 /// LuminanceFactor of the pixels x, x + 1, ... of a row.
 HWY_INLINE VF FactorAt(const RowVariance& of_row, const float* luminance, const float* length,
-                       const PrefilterVarianceParameters& p, int x) {
+                       const PrefilterVarianceParameters& p, VF sigma_l, int x) {
   const DF d;
   const VF variance = of_row.At(x);
   const VF spread = p.luminance_scale_deviation != 0 ? hn::Sqrt(variance) : variance;
   const VF l = hn::Abs(hn::LoadU(d, luminance + x));
   const VF tolerance = hn::MulAdd(
-      hn::Set(d, p.sigma_l), spread,
+      sigma_l, spread,
       hn::MulAdd(hn::Set(d, p.luminance_epsilon), l, hn::Set(d, p.luminance_floor + 1e-12f)));
   const VF factor = of_row.WhereLit(x, hn::Div(hn::Set(d, kLog2E), tolerance), hn::Zero(d));
   if (!(p.short_history_blur > 0)) {
@@ -193,7 +207,8 @@ void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVari
     const NextRow<8> next = NextRowOf(in, p, y + 1, *factor);
     for (int x = 0; x < width; x += LaneCount()) {
       next.Fetch(x);
-      StreamInRow(d, FactorAt(of_row, luminance, length, p, x), factor->Row(y), x, width);
+      const VF sigma_l = SigmaAt(in, p, x, y);
+      StreamInRow(d, FactorAt(of_row, luminance, length, p, sigma_l, x), factor->Row(y), x, width);
     }
   }
   FinishStreams();

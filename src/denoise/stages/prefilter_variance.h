@@ -25,6 +25,8 @@ struct PrefilterVarianceInput {
   /// GuidePlanes::full if every surface has light: `valid` is then read at edges only. nullptr:
   /// unknown.
   const Plane<uint32_t>* full = nullptr;
+  /// In the light of the last frame, if the signal is one of volumes; nullptr: sigma_l is as it is.
+  const Image1* confidence = nullptr;
 };
 
 /// Planes of one signal; as above.

@@ -18,7 +18,15 @@ SHARED_BLOCK(PrefilterVarianceParameters) {
   float luminance_epsilon;
   float luminance_floor;     // in units of light
   float short_history_blur;  // shorter histories have no luminance weight
+  int volume_signals;        // bit s: signal s is transmitted light alone, as that of volumes is
+  float volume_widening;     // the most by which their sigma_l grows; 1: not at all
 };
+
+// Factor of sigma_l for light of volumes under a confidence in the light of the last frame. Smoke
+// changes, so that less of its light is accumulated, and has no texture that its filter could blur.
+SHARED_FN float VolumeWidening(float confidence, float most) {
+  return min(1.0f / sqrt(max(confidence, 1e-6f)), most);
+}
 
 SHARED_END
 

@@ -19,6 +19,7 @@ void main() {
   if (!Inside(p)) {
     return;
   }
+  bool widens = prefilter_variance.volume_widening > 1.0f && has_confidence != 0;
   for (int s = 0; s < SignalCount(); ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
     bool bounded = IsValid(own.w);
@@ -32,10 +33,14 @@ void main() {
     // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
-    float factor = bounded ? LuminanceFactor(own.x, spread, prefilter_variance.sigma_l,
-                                             prefilter_variance.luminance_epsilon,
-                                             prefilter_variance.luminance_floor * exposure[s])
-                           : 0.0f;
+    float sigma_l = prefilter_variance.sigma_l;
+    if (widens && (prefilter_variance.volume_signals >> s & 1) != 0) {
+      sigma_l *= VolumeWidening(Confidence(p), prefilter_variance.volume_widening);
+    }
+    float factor =
+        bounded ? LuminanceFactor(own.x, spread, sigma_l, prefilter_variance.luminance_epsilon,
+                                  prefilter_variance.luminance_floor * exposure[s])
+                : 0.0f;
     imageStore(factor_out, ivec3(p, s), vec4(PackLuminanceFactor(factor)));
   }
 }
