@@ -3,6 +3,7 @@
 
 // Antialiasing with taa_clamp=light: texture is kept, light is not.
 #include <algorithm>
+#include <cmath>
 
 #include <gtest/gtest.h>
 
@@ -59,6 +60,7 @@ TEST(TextureClamp, SurfacesOfAPlaneAndOthers) {
 TEST(TextureClamp, TheRangeOfThePictureIsWidenedByTheAlbedo) {
   EXPECT_FLOAT_EQ(WidenedHigh(2.0f, 0.398f, 0.198f), 4.0f);
   EXPECT_FLOAT_EQ(WidenedHigh(2.0f, 0.1f, 0.2f), 2.0f);  // never narrower
+  EXPECT_FLOAT_EQ(WidenedHigh(2.0f, 0.1f, 0.01f), 2.0f);
   EXPECT_FLOAT_EQ(WidenedLow(2.0f, 0.098f, 0.198f), 1.0f);
   EXPECT_FLOAT_EQ(WidenedLow(2.0f, 0.3f, 0.2f), 2.0f);
 }
@@ -161,6 +163,41 @@ TEST(TextureClamp, ATextureThatChangesIsFollowedAtOnce) {
     ASSERT_TRUE(d.Denoise(f, &out).ok());
   }
   EXPECT_NEAR(out.colour[1](20, 13), 0.1f, 1e-4f);
+}
+
+/// A bright window behind white bars, before which the camera moves by 0.3 pixels per frame.
+Frame MakeWindow(int index) {
+  const float shift = 0.3f * static_cast<float>(index);
+  const auto is_bar = [&](int x) {
+    return std::fmod(static_cast<float>(x) + shift + 1200.0f, 16.0f) < 2.0f;
+  };
+  Frame f = MakeTexture(index, [&](int x, int) { return is_bar(x) ? 0.8f : 0.0f; });
+  SetLight(0.5f, &f);
+  f.emission = Image3(kWidth, kHeight);
+  FillImage<3>(&f.emission, [&](int x, int, int) { return is_bar(x) ? 0.0f : 5.0f; });
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      f.guides.depth(x, y) = is_bar(x) ? 4.0f : 5.0f;
+      f.guides.motion[0](x, y) = 0.3f;
+    }
+  }
+  return f;
+}
+
+// It has no albedo, beside which that of the bars, as splines resample it, is large.
+TEST(TextureClamp, WindowsBetweenBarsAreNotBrightened) {
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    Denoiser d = Denoiser::Create(SettingsWith(TaaClamp::kLight), backend).value();
+    DenoisedFrame out;
+    for (int i = 0; i < 40; ++i) {
+      ASSERT_TRUE(d.Denoise(MakeWindow(i), &out).ok());
+    }
+    float most = 0;
+    for (int x = 0; x < kWidth; ++x) {
+      most = std::max(most, out.colour[1](x, 12));
+    }
+    EXPECT_NEAR(most, 5.0f, 0.001f);
+  }
 }
 
 /// A white bar that moves by three pixels per frame in front of a black wall.

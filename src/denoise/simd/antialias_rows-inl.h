@@ -550,7 +550,9 @@ HWY_INLINE void ClampLight(const Neighbourhood& light, const Ranges& picture, co
     const VF own = hn::Div(before[c], divisor);
     const VF clamped = hn::Mul(hn::Min(hn::Max(own, light.low[c]), light.high[c]), divisor);
     const VF lower = hn::Div(divisor, hn::Add(albedos.low[c], floor));
-    const VF higher = hn::Div(divisor, hn::Add(albedos.high[c], floor));
+    const MF textured = hn::Gt(albedos.high[c], hn::Set(d, kNoTexture));
+    const VF ratio = hn::Div(divisor, hn::Add(albedos.high[c], floor));
+    const VF higher = hn::IfThenElse(textured, ratio, one);
     const VF low = hn::Mul(picture.low[c], hn::Min(lower, one));     // WidenedLow
     const VF high = hn::Mul(picture.high[c], hn::Max(higher, one));  // WidenedHigh
     before[c] = hn::Min(hn::Max(clamped, low), high);

@@ -66,8 +66,12 @@ SHARED_FN float PictureOfLight(float light, float albedo) {
 SHARED_FN float WidenedLow(float low, float albedo, float low_albedo) {
   return low * min((albedo + kTextureFloor) / (low_albedo + kTextureFloor), 1.0f);
 }
+// Not where the albedo is nearly black: the sky and lamps are no light times it, and what splines
+// leave of the albedo beside them would be many times as much.
+const float kNoTexture = 0.02f;
 SHARED_FN float WidenedHigh(float high, float albedo, float high_albedo) {
-  return high * max((albedo + kTextureFloor) / (high_albedo + kTextureFloor), 1.0f);
+  float ratio = max((albedo + kTextureFloor) / (high_albedo + kTextureFloor), 1.0f);
+  return high_albedo > kNoTexture ? high * ratio : high;
 }
 
 // The albedo of the last frame may have been another surface's, and be any albedo around, where the
