@@ -106,7 +106,7 @@ Begin with:
   stillray denoise 'in.####.exr' -o clean     noisy frames of Blender, Arnold or another renderer
   stillray view scene.glb                     a scene live, in a window
 
-stillray help              all commands: compare, report, check, info, bench
+stillray help              all commands: compare, report, check, info, bench, shaders
 stillray help COMMAND      options and examples
 )";
 }
