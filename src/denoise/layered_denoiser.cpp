@@ -62,12 +62,6 @@ void AddTo(const Image3& more, Image3* sum) {
   }
 }
 
-/// Whether antialiasing sums the albedo of what is reflected: see SumsImageAlbedo in plan.cpp.
-bool SumsImageAlbedo(const Frame& frame, const Settings& settings) {
-  return !frame.guides.specular_albedo.empty() &&
-         !(settings.fill_guides && HasIncompleteGuides(frame));
-}
-
 /// The light of a layer with its selected guides, as a frame.
 Frame MakeLayerFrame(const Frame& frame, GuideSource source, const Settings& settings) {
   Frame layer;
@@ -335,6 +329,8 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
   Frame rest = WithoutLayers(frame);
   std::array<DenoisedFrame, kImageCount> pictures;
   std::array<Image1, kImageCount> images;
+  const bool sums_images =
+      SumsImageAlbedo(FactsOf(frame).albedos, settings_.fill_guides && HasIncompleteGuides(frame));
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] == nullptr) {
       continue;
@@ -349,7 +345,7 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
     AddTo(pictures[i].colour, &rest.emission);
-    if (kImages[i] == GuideSource::kReflection && SumsImageAlbedo(frame, settings_)) {
+    if (kImages[i] == GuideSource::kReflection && sums_images) {
       // For sum_albedo alone: the rest has no light that it divides.
       rest.guides.specular_albedo = of_layer.guides.specular_albedo;
       main_->ShowImages(&images[i]);

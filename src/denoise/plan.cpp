@@ -173,10 +173,11 @@ bool RunsKeepSamples(const Settings& s, const FrameFacts& facts) {
          facts.second_moments != 0 && facts.samples_per_pixel >= kFewestKept - kSampleRounding;
 }
 
-/// The tolerance of the luminance weight falls with the number of samples n, beside the noise to
-/// which it is relative: what a filter removes of the light does not become less with the noise.
-/// The best compromise of variance and squared bias falls with a power of the noise; the cube root
-/// of the samples has the least error on frames of 4 to 256 (docs/denoiser.md, keep_samples).
+/// What divides sigma_l. The tolerance of the luminance weight falls with the number of samples n,
+/// beside the noise to which it is relative: what a filter removes of the light does not become
+/// less with the noise. The best compromise of variance and squared bias falls with a power of the
+/// noise; the cube root of the samples has the least error on frames of 4 to 256 (docs/denoiser.md,
+/// keep_samples).
 float FallOfSigmaL(const Settings& s, const FrameFacts& facts) {
   return s.variance_of == VarianceOf::kMean ? std::cbrt(std::max(facts.samples_per_pixel, 1.0f))
                                             : 1.0f;
@@ -222,14 +223,13 @@ int DiffuseSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   return static_cast<int>(end - signals.begin());
 }
 
-/// Whether the albedo of reflected light is summed with that of what is seen. Where guides are
-/// filled, most pixels have no image: beside those that have one it would be another albedo.
-bool SumsImageAlbedo(const FrameFacts& facts, const FramePlan& plan) {
+/// Whether the frame, or the part of it, has images whose albedo is summed.
+bool SumsImages(const FrameFacts& facts, const FramePlan& plan) {
   const bool reflects = std::any_of(
       plan.layers.begin(), plan.layers.end(),
       [](const PlannedLayer& layer) { return layer.guides == GuideSource::kReflection; });
-  const bool has_albedo = (facts.albedos & 2u) != 0;
-  return has_albedo && !plan.runs.fill_guides && (reflects || facts.albedo_of_images);
+  return (reflects && SumsImageAlbedo(facts.albedos, plan.runs.fill_guides)) ||
+         facts.albedo_of_images;
 }
 
 void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
@@ -310,7 +310,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                           ? DiffuseSignals(plan->signals, ~0u)
                           : 0,
       .clamp_light = Int(KeepsAlbedo(s) && facts.albedos != 0),
-      .image_albedo = Int(KeepsAlbedo(s) && SumsImageAlbedo(facts, *plan)),
+      .image_albedo = Int(KeepsAlbedo(s) && SumsImages(facts, *plan)),
       .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
@@ -430,6 +430,11 @@ Status CheckDeviceSettings(const Settings& s) {
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {
   return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
+bool SumsImageAlbedo(uint32_t albedos, bool fills_guides) {
+  constexpr uint32_t kSpecular = 2;
+  return (albedos & kSpecular) != 0 && !fills_guides;
 }
 
 bool KeepsAlbedo(const Settings& s) {

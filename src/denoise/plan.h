@@ -216,6 +216,11 @@ MotionUse UseOfMotion(const Settings& settings, bool jittered, const SequencePro
 /// Whether pictures are antialiased in time. \param jittered  this frame or one before it was
 bool AntialiasesInTime(const Settings& settings, bool jittered);
 
+/// Whether antialiasing sums the albedo of reflected light with that of what mirrors show, of
+/// frames that have images. Where guides are filled, most pixels have none: beside those that have
+/// one it would be another albedo. \param albedos  FrameFacts::albedos
+bool SumsImageAlbedo(uint32_t albedos, bool fills_guides);
+
 /// Whether antialias keeps the albedo of pictures, of frames that have one.
 bool KeepsAlbedo(const Settings& settings);
 

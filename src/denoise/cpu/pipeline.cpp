@@ -294,7 +294,22 @@ void RunFxaa(const CpuPipeline& p, const Image1& length, Image3* picture, Image3
   std::swap(*picture, *scratch);
 }
 
-/// The motion of what the picture shows.
+Image1* ImagesOf(GuideSource source, FrameWork* work) {
+  return source == GuideSource::kReflection ? &work->images : &work->refracted_images;
+}
+
+/// Finds the pixels that show images.
+void FindShownImages(const FramePlan& plan, const FrameInput& in, FrameWork* work) {
+  for (size_t i = 0; i < plan.layers.count; ++i) {
+    const GuideSource source = plan.layers.layer[i].guides;
+    if (source != GuideSource::kSurface) {
+      FindImages(in.guides, work->layers[i].selected, SurfaceAlbedoOf(in.guides, source),
+                 OtherAlbedoOf(in.guides, source), ImagesOf(source, work));
+    }
+  }
+}
+
+/// The motion of what the picture shows, after FindShownImages.
 const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWork* work) {
   if (plan.layers.count == 1) {
     return in.guides.motion;
@@ -303,11 +318,8 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   for (size_t i = 0; i < plan.layers.count; ++i) {
     const GuideSource source = plan.layers.layer[i].guides;
     if (source != GuideSource::kSurface) {
-      const Guides& selected = work->layers[i].selected;
-      Image1* images = source == GuideSource::kReflection ? &work->images : &work->refracted_images;
-      FindImages(in.guides, selected, SurfaceAlbedoOf(in.guides, source),
-                 OtherAlbedoOf(in.guides, source), images);
-      FollowImages(*images, in.guides, selected.motion, &work->motion);
+      FollowImages(*ImagesOf(source, work), in.guides, work->layers[i].selected.motion,
+                   &work->motion);
     }
   }
   return work->motion;
@@ -339,7 +351,7 @@ const Image3& ReflectedAlbedo(const CpuPipeline& p, const Guides& guides, const 
   return guides.specular_albedo;
 }
 
-/// PictureMotion has found the images.
+/// After FindShownImages.
 void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
   std::array<const Image3*, 3> given = {};
   size_t count = 0;
@@ -377,6 +389,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   const StageTimer timer(&out->timings, "antialias");
   const LayerHistory& surface = history->layers.front();
   Image3* scratch = &work->layers.front().scratch;
+  FindShownImages(p.plan, in, work);
   AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
   const bool resamples = p.plan.antialias.spline != 0 && Moves(antialias.motion);
   if (resamples) {
@@ -451,7 +464,7 @@ void RunFrame(const CpuPipeline& p, const Frame& frame, std::span<const SignalHi
     std::swap(history->picture, work->picture);
     if (plan.after.has_albedo) {
       const StageTimer timer(&out->timings, "antialias");
-      PictureMotion(p.plan, in, work);
+      FindShownImages(plan, in, work);
       RunSumAlbedo(p, in.guides, work);
       std::swap(history->albedo, work->albedo.sum);
     }

@@ -154,8 +154,9 @@ HWY_INLINE VF SigmaAt(const PrefilterVarianceInput& in, const PrefilterVarianceP
   if (in.confidence == nullptr) {
     return sigma;
   }
-  const VF confidence = hn::Max(ConfidenceOf(*in.confidence, x, y), hn::Set(d, 1e-6f));
-  const VF widening = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(confidence));
+  const VF least = hn::Set(d, kLeastConfidence);
+  const VF confidence = hn::Max(ConfidenceOf(*in.confidence, x, y), least);
+  const VF widening = hn::Div(hn::Set(d, 1.0f), hn::Sqrt(confidence));  // VolumeWidening
   return hn::Mul(sigma, hn::Min(widening, hn::Set(d, p.volume_widening)));
 }
 

@@ -24,8 +24,9 @@ SHARED_BLOCK(PrefilterVarianceParameters) {
 
 // Factor of sigma_l for light of volumes under a confidence in the light of the last frame. Smoke
 // changes, so that less of its light is accumulated, and has no texture that its filter could blur.
+const float kLeastConfidence = 1e-6f;  // against a division by 0
 SHARED_FN float VolumeWidening(float confidence, float most) {
-  return min(1.0f / sqrt(max(confidence, 1e-6f)), most);
+  return min(1.0f / sqrt(max(confidence, kLeastConfidence)), most);
 }
 
 SHARED_END

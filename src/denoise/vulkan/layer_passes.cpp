@@ -393,10 +393,9 @@ FrameInputs LayerPasses::InputsOfLayer(const FrameInputs& frame) const {
   return inputs;
 }
 
-/// Of reflected light. See SumsImageAlbedo in plan.cpp.
-bool LayerPasses::SumsImageAlbedo(const FrameFacts& frame) const {
-  return source_ == GuideSource::kReflection && !frame.has_incomplete_guides &&
-         (frame.albedos >> LightsOf(source_).albedo & 1u) != 0;
+bool LayerPasses::SumsImages(const FrameFacts& frame) const {
+  return source_ == GuideSource::kReflection &&
+         SumsImageAlbedo(frame.albedos, frame.has_incomplete_guides);
 }
 
 FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
@@ -406,13 +405,13 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   facts.second_moments &= ~lights;
   facts.has_emission = true;
   (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
-  facts.albedo_of_images = facts.albedo_of_images || SumsImageAlbedo(frame);
+  facts.albedo_of_images = facts.albedo_of_images || SumsImages(frame);
   return facts;
 }
 
 FrameInputs LayerPasses::InputsOfRest(const FrameFacts& facts, const FrameInputs& frame) const {
   FrameInputs inputs = frame;
-  if (SumsImageAlbedo(facts)) {
+  if (SumsImages(facts)) {
     // For sum_albedo alone: the rest has no light that it divides.
     inputs.albedos[LightsOf(source_).albedo] = RefTo(images_->albedo);
   }

@@ -141,7 +141,7 @@ class LayerPasses {
   Status PlaceHits(gpu::CommandList* commands, const ImageRef& depth, VirtualInputs* seen);
   bool HasPreviousNormals(const FrameFacts& frame) const;
   bool RescalesMoments(const FrameFacts& frame) const;
-  bool SumsImageAlbedo(const FrameFacts& frame) const;
+  bool SumsImages(const FrameFacts& frame) const;
   Status Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
              std::span<const std::byte> push);
   void Begin(gpu::CommandList* commands, Pass pass, gpu::Timestamps* times);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/check.h"
+#include "denoise/vulkan/embedded_options.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/layer_passes.h"
 #include "gpu/dry_device.h"
@@ -128,18 +129,6 @@ void NameLayer(const LayerImages& i, const std::string& prefix, const DryDevice&
   name(i.emission, "rest_emission");
 }
 
-PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
-  PipelineOptions options;
-  options.settings = o.settings;
-  options.width = o.width;
-  options.height = o.height;
-  options.transmission = o.transmission;
-  options.storage = o.precision == DevicePrecision::kFloat ? Storage::kFloat : Storage::kHalf;
-  options.timed = false;
-  options.fills_guides = o.incomplete_guides;
-  return options;
-}
-
 /// Creates what VulkanDenoiser::Create does, and names it.
 class Namer {
  public:
@@ -182,17 +171,10 @@ class Namer {
     const Result<std::unique_ptr<LayerPasses>> passes =
         LayerPasses::Create(context_, source, false, 0);
     STILLRAY_RETURN_IF_ERROR(passes.status());
-    STILLRAY_RETURN_IF_ERROR((*passes)->Prepare({.width = options_.width,
-                                                 .height = options_.height,
-                                                 .previous_normals = true,
-                                                 .second_moments = true,
-                                                 .with_picture = true}));
-    PipelineOptions options = PipelineOptionsOf(options_);
-    options.settings = SettingsOfLayer(options_.settings);
-    options.transmission = source == GuideSource::kRefraction;
+    STILLRAY_RETURN_IF_ERROR((*passes)->Prepare(LayerShapeOf(options_, source)));
     MakeRoom();
     NameLayer(*(*passes)->images(), prefix, dry_, &names_);
-    return NamePipeline(options, prefix);
+    return NamePipeline(LayerOptionsOf(options_, source), prefix);
   }
 
   const gpu::DeviceContext* context_;

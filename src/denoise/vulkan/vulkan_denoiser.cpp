@@ -11,6 +11,7 @@
 #include "denoise/stage_timer.h"
 #include "denoise/vulkan/device_inputs.h"
 #include "denoise/vulkan/embedded_frame.h"
+#include "denoise/vulkan/embedded_options.h"
 #include "denoise/vulkan/frame_pipeline.h"
 #include "denoise/vulkan/layer_passes.h"
 #include "gpu/shared_pipelines.h"
@@ -21,36 +22,9 @@ namespace {
 using vulkan::FrameInputs;
 using vulkan::FramePipeline;
 using vulkan::ImageRef;
-
-vulkan::PipelineOptions PipelineOptionsOf(const VulkanOptions& o) {
-  vulkan::PipelineOptions options;
-  options.settings = o.settings;
-  options.width = o.width;
-  options.height = o.height;
-  options.transmission = o.transmission;
-  options.storage =
-      o.precision == DevicePrecision::kFloat ? vulkan::Storage::kFloat : vulkan::Storage::kHalf;
-  options.timed = o.timestamps;
-  options.fills_guides = o.incomplete_guides;
-  options.in_flight = static_cast<uint32_t>(o.frames_in_flight);
-  return options;
-}
-
-vulkan::PipelineOptions LayerOptionsOf(const VulkanOptions& o, GuideSource source) {
-  vulkan::PipelineOptions options = PipelineOptionsOf(o);
-  options.settings = SettingsOfLayer(o.settings);
-  options.transmission = source == GuideSource::kRefraction;
-  return options;
-}
-
-vulkan::LayerShape LayerShapeOf(const VulkanOptions& o, GuideSource source) {
-  return {.width = o.width,
-          .height = o.height,
-          .previous_normals = true,
-          .second_moments = true,
-          .with_picture = true,
-          .with_hits = o.hit_distances && source == GuideSource::kReflection};
-}
+using vulkan::LayerOptionsOf;
+using vulkan::LayerShapeOf;
+using vulkan::PipelineOptionsOf;
 
 constexpr int kMostInFlight = 64;
 
