@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "denoise/stages/mix_pilot.h"
 #include "stage_test.h"
 
 namespace stillray::atrous_test {
@@ -536,6 +537,73 @@ TEST(Atrous, SpecularLightBesideOtherLightIsFilteredAsAlone) {
         difference, std::abs(diffuse.planes.colour[0](x, y) - specular.planes.colour[0](x, y)));
   });
   EXPECT_GT(difference, 0.01f);
+}
+
+/// Runs a geometry-only level with the flags that spare it tests.
+Filtered RunDense(Version atrous, const Picture& picture, const AtrousLevel& level,
+                  const AtrousParameters& p, const Image1* mixed_length = nullptr) {
+  const bool complete = mixed_length != nullptr;
+  Filtered out(picture);
+  AtrousSignal signal = {&picture.colour, &picture.variance, &out.planes, nullptr, &picture.valid};
+  signal.all_valid = signal.luminance_only = complete;
+  signal.zero_where_absent = !complete;
+  signal.mixed_length = mixed_length;
+  signal.mixed_full = 4;
+  atrous({&signal, 1}, picture.guides, level, p);
+  return out;
+}
+
+// Nothing is tested where planes are zero without light; there the result is zero.
+TEST(Atrous, ZerosNeedNoTests) {
+  test::ForSizesAndTargets([](int width, int height) {
+    const Picture picture = MakeBusyPicture(width, height, 0.8f);
+    AtrousParameters curved = MakeParameters();
+    curved.edges.curvature = 0.5f;
+    AtrousParameters low = MakeParameters();
+    low.edges.sigma_n = 16;
+    AtrousParameters gradient = low;
+    gradient.edges.depth_weight_plane = 0;
+    gradient.wavelet_id = 1;  // not compared with geometry-only weights
+    for (const AtrousParameters& p :
+         {MakeParameters(), curved, low, gradient, ByPosition(low, width, height)}) {
+      for (const AtrousLevel& level : {AtrousLevel{kAtrousGeometry, 1, 1, true},
+                                       {kAtrousGeometry, 1, 3, true},
+                                       {kAtrousGeometry, 2, 8, true}}) {
+        Filtered expected = RunStage(&reference::Atrous, picture, level, p);
+        ClearUndefined(picture, &expected);
+        const Filtered got = RunDense(&cpu::Atrous, picture, level, p);
+        for (const int c : {0, 1}) {
+          test::ExpectNear(got.planes.colour[c], expected.planes.colour[c], 2e-3, 2e-4);
+        }
+        test::ExpectNear(got.planes.variance, expected.planes.variance, 2e-3, 2e-4);
+      }
+    }
+  });
+}
+
+// The same bits as the level and the stage after it.
+TEST(Atrous, MixesThePilotItself) {
+  test::ForSizesAndTargets([](int width, int height) {
+    Picture picture = MakeBusyPicture(width, height, 1.0f);
+    Image1 length(width, height);
+    picture.From(0, [&](int x, int y) { length(x, y) = 9 * test::RandomAt(x, y, 21); });
+    for (const int step : {1, 2}) {
+      const AtrousLevel level = {kAtrousGeometry, 1, step, true};
+      AtrousParameters p = MakeParameters();
+      p.edges.curvature = 0.5f;
+      const Filtered got = RunDense(&cpu::Atrous, picture, level, p, &length);
+      Filtered expected = RunDense(&cpu::Atrous, picture, level, p);
+      Image1& mean = expected.planes.colour[0];
+      cpu::MixPilot({&picture.colour[0], &picture.variance, &length}, 4, &mean,
+                    &expected.planes.variance);
+      picture.From(0, [&](int x, int y) {
+        if (picture.valid(x, y) > 0) {
+          ASSERT_EQ(got.planes.colour[0](x, y), mean(x, y)) << x << " " << y;
+          ASSERT_EQ(got.planes.variance(x, y), expected.planes.variance(x, y)) << x << " " << y;
+        }
+      });
+    }
+  });
 }
 
 TEST(Atrous, VectorsMatchTheReference) {

@@ -27,7 +27,9 @@ void RunComparedLevels(const CpuPipeline& p, int levels, int mask, LayerWork* wo
       ComparedPlanes& c = work->compared[i];
       const FilterPlanes& from = level % 2 == 0 ? c.light : c.work;
       FilterPlanes* to = level % 2 == 0 ? &c.work : &c.light;
-      signals[count++] = {&from.colour, &from.variance, to, nullptr, &c.valid};
+      AtrousSignal& signal = signals[count++];
+      signal = {&from.colour, &from.variance, to, nullptr, &c.valid};
+      signal.zero_where_absent = !p.plan.is_sparse;
     }
     p.stages.atrous({signals.data(), count}, work->coarse, ComparedLevel(level), p.plan.compared);
   }
@@ -41,6 +43,7 @@ void RunWideLevel(const CpuPipeline& p, LayerWork* work) {
     if (i < count) {
       p.stages.measure_change(c.work, &c);
       signals[i] = {&c.light.colour, &c.light.variance, &c.wide, nullptr, &c.valid};
+      signals[i].zero_where_absent = !p.plan.is_sparse;
     } else {
       c.wide.variance.Fill(1);  // a single neighbourhood: no change
     }

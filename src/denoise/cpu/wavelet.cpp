@@ -158,14 +158,22 @@ void RunPilot(const CpuPipeline& p, int level, const GuidePlanes& guides,
     WaveletPlanes& planes = *with_pilot[i];
     signals[i] = {planes.light, planes.variance, &planes.filter[planes.target], nullptr,
                   planes.where};
+    signals[i].all_valid = planes.all_valid;
+    signals[i].luminance_only = true;
+    if (p.fusion.mix_pilot && planes.all_valid) {
+      signals[i].mixed_length = &planes.history->length;
+      signals[i].mixed_full = p.plan.estimate_variance.short_history_length;
+    }
   }
   p.stages.atrous({signals.data(), count}, guides, PilotLevel(level), p.plan.atrous);
   for (size_t i = 0; i < count; ++i) {
     WaveletPlanes& planes = *with_pilot[i];
     FilterPlanes& mean = planes.filter[planes.target];
     Image1& luminance = mean.colour[0];
-    p.stages.mix_pilot({&(*planes.light)[0], planes.variance, &planes.history->length},
-                       p.plan.estimate_variance.short_history_length, &luminance, &mean.variance);
+    if (signals[i].mixed_length == nullptr) {
+      p.stages.mix_pilot({&(*planes.light)[0], planes.variance, &planes.history->length},
+                         p.plan.estimate_variance.short_history_length, &luminance, &mean.variance);
+    }
     if (planes.pilot.empty()) {
       planes.pilot = Image1(luminance.width(), luminance.height(), luminance.border());
     }

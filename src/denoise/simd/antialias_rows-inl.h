@@ -496,25 +496,47 @@ HWY_INLINE Ranges RangesAround(const float* const (&rows)[3][3], int x, int widt
   return range;
 }
 
-/// WasBesideSurface of the pixels of the last frame that are nearest to places.
-HWY_INLINE MF WereBesideSurface(const Image1& inverse_depth, const PreviousPlace& place) {
+/// WasBesideSurface of a vector of pixels. \param load  takes the offset from them
+template <typename Load>
+HWY_INLINE MF WereBesideSurface(const Load& load) {
   const DF d;
-  const DI di;
-  const VF half = hn::Set(d, 0.5f);
-  const VI x = hn::Add(place.x, hn::ConvertTo(di, hn::Floor(hn::Add(place.u, half))));
-  const VI y = hn::Add(place.y, hn::ConvertTo(di, hn::Floor(hn::Add(place.v, half))));
-  const VF here = GatherClamped(inverse_depth, x, y);
+  const VF here = load(0, 0);
   const VF twice = hn::Add(here, here);
   VF most = hn::Zero(d);
   for (int k = 1; k <= kTextureClear; ++k) {
-    const VI step = hn::Set(di, k);
-    const VF row = hn::Add(GatherClamped(inverse_depth, hn::Sub(x, step), y),
-                           GatherClamped(inverse_depth, hn::Add(x, step), y));
-    const VF column = hn::Add(GatherClamped(inverse_depth, x, hn::Sub(y, step)),
-                              GatherClamped(inverse_depth, x, hn::Add(y, step)));
+    const VF row = hn::Add(load(-k, 0), load(k, 0));
+    const VF column = hn::Add(load(0, -k), load(0, k));
     most = hn::Max(most, hn::Max(hn::Abs(hn::Sub(row, twice)), hn::Abs(hn::Sub(column, twice))));
   }
   return hn::Gt(most, hn::Mul(hn::Set(d, kTextureStep), here));
+}
+
+/// The same of the pixels of the last frame that are nearest to places.
+HWY_INLINE MF WereBesideSurface(const Image1& inverse_depth, const PreviousPixels& at) {
+  const DF d;
+  const DI di;
+  const VF half = hn::Set(d, 0.5f);
+  const PreviousPlace& place = at.place;
+  const MF right = hn::Ge(place.u, half);
+  const MF below = hn::Ge(place.v, half);
+  const bool alike = (hn::AllTrue(d, right) || hn::AllFalse(d, right)) &&
+                     (hn::AllTrue(d, below) || hn::AllFalse(d, below));
+  if (alike && LiesInPicture(at.block, kTextureClear, kTextureClear + 1, inverse_depth.width(),
+                             inverse_depth.height())) {
+    const int x = at.block.x + (hn::AllTrue(d, right) ? 1 : 0);
+    const int y = at.block.y + (hn::AllTrue(d, below) ? 1 : 0);
+    const float* first = inverse_depth.Row(y) + x;
+    const ptrdiff_t stride = inverse_depth.stride();
+    return WereBesideSurface([&](int i, int j) HWY_ATTR __attribute__((always_inline)) {
+      return hn::LoadU(d, first + j * stride + i);
+    });
+  }
+  const VI one = hn::Set(di, 1);
+  const VI x = hn::Add(place.x, hn::IfThenElseZero(hn::RebindMask(di, right), one));
+  const VI y = hn::Add(place.y, hn::IfThenElseZero(hn::RebindMask(di, below), one));
+  return WereBesideSurface([&](int i, int j) HWY_ATTR __attribute__((always_inline)) {
+    return GatherClamped(inverse_depth, hn::Add(x, hn::Set(di, i)), hn::Add(y, hn::Set(di, j)));
+  });
 }
 
 /// Clamps the previous albedo to what may be this surface's.
@@ -525,7 +547,7 @@ HWY_INLINE void ClampAlbedo(const RowsAround& rows, const AntialiasInput& in, co
   const DF d;
   const MF beside = BesideSurface<kInner>(rows, x, y, in.previous.width(), in.previous.height());
   MF clamps = hn::Or(hn::Or(YoungPixels(in, x, y), beside),
-                     WereBesideSurface(*in.texture->depth_before, at.place));
+                     WereBesideSurface(*in.texture->depth_before, at));
   const Image1& beside_image = in.texture->albedo.beside_image;
   if (!beside_image.empty()) {
     clamps = hn::Or(clamps, hn::Gt(hn::LoadU(d, beside_image.Row(y) + x), hn::Zero(d)));
@@ -546,13 +568,16 @@ HWY_INLINE void ClampLight(const Neighbourhood& light, const Ranges& picture, co
   const VF one = hn::Set(d, 1.0f);
   const VF floor = hn::Set(d, kTextureFloor);
   for (int c = 0; c < 3; ++c) {
-    const VF divisor = hn::Add(albedo[c], floor);
-    const VF own = hn::Div(before[c], divisor);
-    const VF clamped = hn::Mul(hn::Min(hn::Max(own, light.low[c]), light.high[c]), divisor);
-    const VF lower = hn::Div(divisor, hn::Add(albedos.low[c], floor));
+    const VF own = hn::Add(albedo[c], floor);
+    const VF clamped =
+        hn::Min(hn::Max(before[c], hn::Mul(light.low[c], own)), hn::Mul(light.high[c], own));
+    // One division for both quotients.
+    const VF lowest = hn::Add(albedos.low[c], floor);
+    const VF highest = hn::Add(albedos.high[c], floor);
+    const VF per_both = hn::Div(own, hn::Mul(lowest, highest));
     const MF textured = hn::Gt(albedos.high[c], hn::Set(d, kNoTexture));
-    const VF ratio = hn::Div(divisor, hn::Add(albedos.high[c], floor));
-    const VF higher = hn::IfThenElse(textured, ratio, one);
+    const VF lower = hn::Mul(per_both, highest);
+    const VF higher = hn::IfThenElse(textured, hn::Mul(per_both, lowest), one);
     const VF low = hn::Mul(picture.low[c], hn::Min(lower, one));     // WidenedLow
     const VF high = hn::Mul(picture.high[c], hn::Max(higher, one));  // WidenedHigh
     before[c] = hn::Min(hn::Max(clamped, low), high);

@@ -43,7 +43,8 @@ enum class Depths {
 /// How the normal weight is computed.
 enum class Normals {
   kLogarithm,  ///< one exponent for all surfaces
-  kParabola,   ///< the same, with the logarithm to second order
+  kCubic,      ///< the same, with the logarithm to third order: not chosen by NormalsOf
+  kParabola,   ///< ... to second order
   kCurved,     ///< CurvedSigmaN
 };
 
@@ -54,6 +55,16 @@ HWY_INLINE Normals NormalsOf(const EdgeStopping& edges) {
   return edges.curvature > 0                    ? Normals::kCurved
          : edges.sigma_n >= kParabolaFromSigmaN ? Normals::kParabola
                                                 : Normals::kLogarithm;
+}
+
+/// From this exponent on, a cubic replaces the logarithm, which needs a division, where every
+/// neighbour has light (weights differ by 2.9e-4 at 16). Among few neighbours, whose weights are
+/// all small, their ratios count, and differ by more.
+constexpr float kCubicFromSigmaN = 16;
+HWY_INLINE Normals DenseNormalsOf(const EdgeStopping& edges) {
+  const Normals normals = NormalsOf(edges);
+  return normals == Normals::kLogarithm && edges.sigma_n >= kCubicFromSigmaN ? Normals::kCubic
+                                                                             : normals;
 }
 
 template <Depths kDepths>

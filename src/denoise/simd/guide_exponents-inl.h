@@ -28,6 +28,15 @@ HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
 }
 constexpr float kParabolaAtZero = -1.5f * kLog2E;
 
+/// The same to third order.
+HWY_INLINE VF NearCubic(VF cosine, VF bias, float sigma_n) {
+  const DF d;
+  const float k = sigma_n * kLog2E;
+  const VF curved = hn::MulAdd(cosine, hn::Set(d, k / 3), hn::Set(d, -1.5f * k));
+  return hn::MulAdd(cosine, hn::MulAdd(cosine, curved, hn::Set(d, 3.0f * k)), bias);
+}
+constexpr float kCubicAtZero = -11.0f / 6 * kLog2E;
+
 HWY_INLINE VF LogCosine(VF cosine) {
   const DF d;
   return hn::MulAdd(cosine, hn::NegMulAdd(cosine, hn::Set(d, 0.5f), hn::Set(d, 2.0f)),
@@ -48,6 +57,8 @@ HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_
     exponent = hn::MulAdd(c.sigma_n, LogCosine(cosine), bias);
   } else if constexpr (kNormals == Normals::kParabola) {
     exponent = NearParabola(cosine, bias, sigma_n);
+  } else if constexpr (kNormals == Normals::kCubic) {
+    exponent = NearCubic(cosine, bias, sigma_n);
   } else {
     exponent = hn::Add(bias, NormalExponent(cosine, sigma_n));
     exponent = hn::IfThenElse(hn::Gt(cosine, hn::Zero(d)), exponent, hn::Set(d, -1000.0f));
@@ -101,10 +112,11 @@ HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
 }
 
 /// The pairs, with all constant terms of the exponent added to the kernel's logarithm.
-HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
-  const float bias =
-      kWeightBias +
-      (NormalsOf(edges) == Normals::kParabola ? edges.sigma_n * kParabolaAtZero : 0.0f);
+HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges, Normals normals) {
+  const float at_zero = normals == Normals::kParabola ? kParabolaAtZero
+                        : normals == Normals::kCubic  ? kCubicAtZero
+                                                      : 0.0f;
+  const float bias = kWeightBias + edges.sigma_n * at_zero;
   for (int i = 0; i < taps.count; ++i) {
     taps.pair[i].log2_kernel += bias;
   }
@@ -114,8 +126,9 @@ HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges) {
 /// Exponents of the guides' weights at the taps of the pixels x, x + 1, ..., shared by all signals.
 /// This is a separate pass because the dependency chain from the guides to the sums exceeds the
 /// reorder window of cores.
+/// \tparam kWeights  stores weights in place of their exponents
 /// \param taps  made by WithBias
-template <Normals kNormals, Depths kDepths = Depths::kEither, int kPairs = 0>
+template <Normals kNormals, Depths kDepths = Depths::kEither, int kPairs = 0, bool kWeights = false>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
                                const GuideRow& guide, const GuideCentre& c, int x, TapSlots to) {
   const DF d;
@@ -139,17 +152,25 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
           expected[0] = expected[1] = c.z;
           scale = hn::Div(steepness, hn::MulAdd(slope_scale, hn::Abs(along), slope_least));
         }
+        VF exponent[2];
         for (int side = 0; side < 2; ++side) {
           const ptrdiff_t q = x + (side == 0 ? pair.distance : -pair.distance);
           const ptrdiff_t normal_q = x + (side == 0 ? pair.normal_distance : -pair.normal_distance);
-          VF exponent = GuideExponent<kNormals>(guide, c, q, normal_q, expected[side], scale, bias,
-                                                edges.sigma_n);
+          exponent[side] = GuideExponent<kNormals>(guide, c, q, normal_q, expected[side], scale,
+                                                   bias, edges.sigma_n);
           if (test_id) {
             const MF same = hn::RebindMask(d, hn::Eq(id, hn::LoadU(du, guide.id + q)));
-            exponent = hn::IfThenElse(same, exponent, hn::Set(d, -1000.0f));
+            exponent[side] = hn::IfThenElse(same, exponent[side], hn::Set(d, -1000.0f));
           }
-          hn::Store(exponent, d, to.first + (2 * i + side) * to.stride);
         }
+        if constexpr (kWeights) {
+          VF weight[2];
+          WeightsExp2(exponent, weight);
+          exponent[0] = weight[0];
+          exponent[1] = weight[1];
+        }
+        hn::Store(exponent[0], d, to.first + 2 * i * to.stride);
+        hn::Store(exponent[1], d, to.first + (2 * i + 1) * to.stride);
       });
 }
 
@@ -187,6 +208,7 @@ HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edge
                                   TapSlots to) {
   switch (NormalsOf(edges)) {
     case Normals::kLogarithm:
+    case Normals::kCubic:
       PositionExponents<Normals::kLogarithm>(taps, edges, test_id, guide, c, x, y, to);
       break;
     case Normals::kParabola:
@@ -199,15 +221,19 @@ HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edge
 }
 
 /// Converts exponents to weights.
-HWY_INLINE void WeightsOfExponents(const TapPairs& taps, TapVectors& exponents) {
+template <int kPairs = 0>
+HWY_INLINE void WeightsOfExponents(const TapPairs& taps, TapSlots exponents) {
   const DF d;
-  for (int i = 0; i < taps.count; ++i) {
-    const VF exponent[2] = {hn::Load(d, exponents[2 * i]), hn::Load(d, exponents[2 * i + 1])};
-    VF weight[2];
-    WeightsExp2(exponent, weight);
-    hn::Store(weight[0], d, exponents[2 * i]);
-    hn::Store(weight[1], d, exponents[2 * i + 1]);
-  }
+  ForEachPair<kPairs>(
+      taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
+        float* first = exponents.first + 2 * i * exponents.stride;
+        float* second = first + exponents.stride;
+        const VF exponent[2] = {hn::Load(d, first), hn::Load(d, second)};
+        VF weight[2];
+        WeightsExp2(exponent, weight);
+        hn::Store(weight[0], d, first);
+        hn::Store(weight[1], d, second);
+      });
 }
 
 }  // namespace HWY_NAMESPACE

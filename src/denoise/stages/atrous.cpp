@@ -13,9 +13,7 @@
 #include "core/check.h"
 #include "core/parallel.h"
 #include "denoise/row_scratch.h"
-#include "denoise/simd/next_row.h"
 #include "denoise/simd/normal_window.h"
-#include "denoise/simd/tap_pairs.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/atrous.cpp"
@@ -24,29 +22,16 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/atrous_geometry-inl.h"
+#include "denoise/simd/atrous_rows-inl.h"
 #include "denoise/simd/edge_stopping-inl.h"
-#include "denoise/simd/guide_exponents-inl.h"
 #include "denoise/simd/packed_normal-inl.h"
-#include "denoise/simd/sparse_rows-inl.h"
 #include "denoise/simd/stream_rows-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 #ifndef STILLRAY_ATROUS_ONCE
 #define STILLRAY_ATROUS_ONCE
 namespace stillray {
-
-inline constexpr size_t kMostSignals = 8;
-
-/// The arguments common to all rows of a level.
-struct AtrousPass {
-  std::span<const AtrousSignal> signals;
-  const GuidePlanes* guides;
-  const AtrousLevel* level;
-  const AtrousParameters* parameters;
-  TapPairs taps;
-  float centre_kernel;
-  NormalRows normals = {};  ///< of the row in progress
-};
 
 /// The i-th row in an order in which rows of the same residue modulo `step` are consecutive, so
 /// that a level's taps are in the cache.
@@ -68,45 +53,9 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// One signal at the pixels x, x + 1, ... of a row.
-struct SignalRow {
-  const float* luminance;
-  const float* red;
-  const float* blue;
-  const float* variance;
-  const float* pilot;  ///< what weights compare: the luminance, unless a pilot is given
-  const float* luminance_factor;
-  const float* valid;
-  float eaw_l;  ///< log2(e) / sigma^2
-};
-
-inline SignalRow RowOf(const AtrousSignal& s, int y) {
-  const LumaImage3& colour = *s.colour;
-  return {colour[0].Row(y),
-          colour[1].Row(y),
-          colour[2].Row(y),
-          s.variance->Row(y),
-          (s.pilot != nullptr ? *s.pilot : colour[0]).Row(y),
-          s.luminance_factor != nullptr ? s.luminance_factor->Row(y) : nullptr,
-          s.valid->Row(y),
-          kLog2E / (s.eaw_sigma_l * s.eaw_sigma_l)};
-}
-
 struct Sums {
   VF luminance, red, blue, variance, weight;
 };
-
-/// Destination of the filtered pixels of one signal.
-struct OutputRow {
-  float* value[4];   ///< luminance, red, blue, variance
-  float* valid_out;  ///< nullptr: not requested
-};
-
-inline OutputRow OutputOf(const AtrousSignal& s, int y) {
-  LumaImage3& colour = s.out->colour;
-  return {{colour[0].Row(y), colour[1].Row(y), colour[2].Row(y), s.out->variance.Row(y)},
-          s.valid_out != nullptr ? s.valid_out->Row(y) : nullptr};
-}
 
 /// Writes the filtered pixels of one signal.
 HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& sums, MF surface,
@@ -135,68 +84,6 @@ HWY_INLINE void Finish(const SignalRow& row, const OutputRow& out, const Sums& s
     StreamInRow(d, hn::IfThenElse(filled, one, hn::LoadU(d, row.valid + x)), out.valid_out, x,
                 width);
   }
-}
-
-using NextGuides = NextRow<2 + 5 * 4>;
-using NextSignal = NextRow<6 + 5 * 6>;
-
-/// The guides that the next row reads and this one does not; or, with `all_taps`, all that it
-/// reads.
-inline NextGuides NextGuidesOf(const AtrousPass& pass, bool all_taps, int y) {
-  const AtrousLevel& level = *pass.level;
-  const GuidePlanes& g = *pass.guides;
-  NextGuides next;
-  next.Add(g.gradient, y + level.step);
-  for (int tap = all_taps ? -level.radius : level.radius; tap <= level.radius; ++tap) {
-    const int row = y + level.step + level.step * tap;
-    next.Add(g.normal, row);
-    next.Add(pass.parameters->edges.depth_weight_plane != 0 ? g.inverse_depth : g.depth, row);
-  }
-  return next;
-}
-
-/// The planes of one signal in the next row.
-inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signal, bool all_taps,
-                               int y) {
-  const AtrousLevel& level = *pass.level;
-  const float noise_ratio = pass.parameters->noise_ratio;
-  const int own = y + level.step;  // the pixels themselves
-  const bool geometry = level.weights == kAtrousGeometry;
-  const int channels = geometry ? 2 : 3;
-  NextSignal next;
-  for (int c = 0; c < channels; ++c) {
-    AddStreamed(signal.out->colour[c], own, &next);
-  }
-  AddStreamed(signal.out->variance, own, &next);
-  if (signal.valid_out != nullptr) {
-    AddStreamed(*signal.valid_out, own, &next);
-  }
-  if (!geometry && signal.pilot != nullptr) {
-    next.Add(*signal.pilot, own + level.step * level.radius);
-  }
-  if (!geometry && noise_ratio <= 1) {
-    next.Add(*signal.luminance_factor, own);
-  }
-  for (int tap = all_taps ? -level.radius : level.radius; tap <= level.radius; ++tap) {
-    const int row = own + level.step * tap;
-    for (int c = 0; c < channels; ++c) {
-      next.Add((*signal.colour)[c], row);
-    }
-    next.Add(*signal.variance, row);
-    if (!geometry && noise_ratio > 1) {
-      next.Add(*signal.luminance_factor, row);
-    }
-    if (geometry || !signal.all_valid) {
-      next.Add(*signal.valid, row);
-    }
-  }
-  return next;
-}
-
-/// The weight where there is light, else 0.
-HWY_INLINE VF WherePresent(const SignalRow& s, ptrdiff_t q, VF weight) {
-  const DF d;
-  return hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d)), weight);
 }
 
 HWY_INLINE void AddTap(const SignalRow& s, ptrdiff_t q, VF weight, VF luminance, Sums* sums) {
@@ -271,49 +158,6 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
   return sums;
 }
 
-/// Whether the exponents of specular light differ from those of other light at some of the pixels
-/// x, x + 1, ... of a row.
-HWY_INLINE bool IsRaised(const EdgeStopping& edges, const GuideRow& guide, int x) {
-  const DF d;
-  // CurvedSigmaN without a bound is below kLeastReflectedSigmaN from this squared turn on.
-  const float turn2 =
-      (edges.sigma_n / kLeastReflectedSigmaN - 1) / (edges.curvature * edges.sigma_n);
-  return !hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.turn2 + x), hn::Set(d, turn2)));
-}
-
-/// Computes the exponents of the guides for all taps of a row.
-/// \tparam kNormals  not with Depths::kPosition, whose exponents choose it themselves
-/// \tparam kReflected  those of specular light, where they differ from those that `to` holds
-template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId, bool kReflected>
-void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
-  const DF d;
-  // Copies, so that compilers need not reload them after stores.
-  const EdgeStopping edges = pass.parameters->edges;
-  const TapPairs taps = WithBias(pass.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
-  const bool test_id = kTestId && pass.parameters->wavelet_id != 0;
-  const int width = pass.guides->id.width();
-  const float least = kReflected ? kLeastReflectedSigmaN : kLeastCurvedSigmaN;
-  const NextGuides next = NextGuidesOf(pass, false, y);
-  for (int x = 0; x < width; x += LaneCount(), to.first += LaneCount()) {
-    if constexpr (kReflected) {
-      if (!IsRaised(edges, guide, x)) {
-        continue;
-      }
-    } else {
-      next.Fetch(x);
-    }
-    if (!hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.depth + x), hn::Zero(d)))) {
-      const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x, least);
-      if constexpr (kDepths == Depths::kPosition) {
-        PositionExponents(taps, edges, test_id, guide, c, x, y, to);
-      } else {
-        GuideExponents<kNormals, kDepths, kPairs>(taps, edges, test_id, guide, c, x, to);
-      }
-    }
-  }
-}
-
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments by value,
 /// since compilers reload after every store everything that it could have changed.
 template <int kPairs, bool kShared, bool kComplete, bool kPilot>
@@ -355,98 +199,6 @@ void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
   } else {
     shared ? FilterSignalRow<kPairs, true, false, false>(pass, signal, y, exponents)
            : FilterSignalRow<kPairs, false, false, false>(pass, signal, y, exponents);
-  }
-}
-
-/// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
-HWY_INLINE bool AnyPresent(const AtrousPass& pass, int y, int x) {
-  const DF d;
-  VF valid = hn::Zero(d);
-  for (const AtrousSignal& signal : pass.signals) {
-    valid = hn::Max(valid, hn::LoadU(d, signal.valid->Row(y) + x));
-  }
-  return !hn::AllFalse(d, hn::And(hn::Gt(valid, hn::Zero(d)), InRow(x, pass.guides->id.width())));
-}
-
-struct GeometrySums {
-  VF luminance, red, variance, weight;
-};
-
-/// Pixels without light may hold any value, even NaN.
-HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
-  const DF d;
-  const MF there = hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d));
-  const auto value = [&](const float* row)
-                         HWY_ATTR { return hn::IfThenElseZero(there, hn::LoadU(d, row + q)); };
-  sums->luminance = hn::MulAdd(weight, value(s.luminance), sums->luminance);
-  sums->red = hn::MulAdd(weight, value(s.red), sums->red);
-  sums->variance = hn::MulAdd(hn::Mul(weight, weight), value(s.variance), sums->variance);
-  sums->weight = hn::Add(sums->weight, hn::IfThenElseZero(there, weight));
-}
-
-HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kernel,
-                                        const SignalRow& row, const TapVectors& weights, int x) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  GeometrySums sums = {zero, zero, zero, zero};
-  AddGeometryTap(row, x, hn::Set(d, centre_kernel), &sums);
-  for (int i = 0; i < taps.count; ++i) {
-    const ptrdiff_t distance = taps.pair[i].distance;
-    AddGeometryTap(row, x + distance, hn::Load(d, weights[2 * i]), &sums);
-    AddGeometryTap(row, x - distance, hn::Load(d, weights[2 * i + 1]), &sums);
-  }
-  return sums;
-}
-
-/// Filters one row of all signals with the geometry-only weights, which they share, where there is
-/// light (and beside it, in the same vector). \tparam kNormals  not with Depths::kPosition
-template <Normals kNormals, Depths kDepths>
-void FilterRowByGeometry(const AtrousPass& pass, int y) {
-  const DF d;
-  const VF zero = hn::Zero(d);
-  const VF one = hn::Set(d, 1.0f);
-  const EdgeStopping edges = pass.parameters->edges;
-  const TapPairs taps = WithBias(pass.taps, edges);
-  const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
-  const int width = pass.guides->id.width();
-  SignalRow rows[kMostSignals];
-  OutputRow outputs[kMostSignals];
-  for (size_t i = 0; i < pass.signals.size(); ++i) {
-    rows[i] = RowOf(pass.signals[i], y);
-    outputs[i] = OutputOf(pass.signals[i], y);
-  }
-  // If samples are rare, their data has not been fetched by other pixels.
-  const bool sparse = IsSparseRow(rows[0].valid, width);
-  const NextGuides next_guides = NextGuidesOf(pass, sparse, y);
-  NextSignal next[kMostSignals];
-  for (size_t i = 0; i < pass.signals.size(); ++i) {
-    next[i] = NextSignalOf(pass, pass.signals[i], sparse, y);
-  }
-  HWY_ALIGN TapVectors weights;
-  for (int x = 0; x < width; x += LaneCount()) {
-    if (!sparse || AnyPresent(pass, y + pass.level->step, x)) {
-      next_guides.Fetch(x);
-      for (size_t i = 0; i < pass.signals.size(); ++i) {
-        next[i].Fetch(x);
-      }
-    }
-    if (!AnyPresent(pass, y, x)) {
-      continue;
-    }
-    const GuideCentre c = LoadGuideCentre<kDepths>(guide, edges, x);
-    if constexpr (kDepths == Depths::kPosition) {
-      PositionExponents(taps, edges, false, guide, c, x, y, SlotsOf(weights));
-    } else {
-      GuideExponents<kNormals, kDepths>(taps, edges, false, guide, c, x, SlotsOf(weights));
-    }
-    WeightsOfExponents(taps, weights);
-    for (size_t i = 0; i < pass.signals.size(); ++i) {
-      const GeometrySums sums = SumGeometryTaps(taps, pass.centre_kernel, rows[i], weights, x);
-      const VF scale = hn::Div(one, hn::IfThenElse(hn::Gt(sums.weight, zero), sums.weight, one));
-      StreamInRow(d, hn::Mul(sums.luminance, scale), outputs[i].value[0], x, width);
-      StreamInRow(d, hn::Mul(sums.red, scale), outputs[i].value[1], x, width);
-      StreamInRow(d, hn::Mul(sums.variance, hn::Mul(scale, scale)), outputs[i].value[3], x, width);
-    }
   }
 }
 
@@ -514,64 +266,6 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
   }
 }
 
-/// Template arguments rather than branches in the innermost loop.
-template <int kPairs>
-void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
-  const AtrousParameters& p = *pass.parameters;
-  const Normals normals = NormalsOf(p.edges);
-  const bool plane = p.edges.depth_weight_plane != 0;
-  if (p.edges.depth_weight_position != 0) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, false>(pass, y, to);
-  } else if (normals == Normals::kLogarithm) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kEither, true, false>(pass, y, to);
-  } else if (normals == Normals::kCurved && plane && p.wavelet_id == 0) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, false>(pass, y, to);
-  } else if (normals == Normals::kCurved) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, false>(pass, y, to);
-  } else if (p.wavelet_id != 0) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kEither, true, false>(pass, y, to);
-  } else if (plane) {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kPlane, false, false>(pass, y, to);
-  } else {
-    ExponentsOfRow<kPairs, Normals::kParabola, Depths::kGradient, false, false>(pass, y, to);
-  }
-}
-
-/// The same for specular light, where it differs: on curved surfaces.
-template <int kPairs>
-void ReflectedExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
-  const AtrousParameters& p = *pass.parameters;
-  if (p.edges.depth_weight_position != 0) {
-    ExponentsOfRow<kPairs, Normals::kLogarithm, Depths::kPosition, true, true>(pass, y, to);
-  } else if (p.edges.depth_weight_plane != 0 && p.wavelet_id == 0) {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kPlane, false, true>(pass, y, to);
-  } else {
-    ExponentsOfRow<kPairs, Normals::kCurved, Depths::kEither, true, true>(pass, y, to);
-  }
-}
-
-void FilterRowByGeometry(const AtrousPass& pass, int y) {
-  const EdgeStopping& edges = pass.parameters->edges;
-  const bool plane = edges.depth_weight_plane != 0;
-  if (edges.depth_weight_position != 0) {
-    FilterRowByGeometry<Normals::kLogarithm, Depths::kPosition>(pass, y);
-    return;
-  }
-  switch (NormalsOf(edges)) {
-    case Normals::kLogarithm:
-      FilterRowByGeometry<Normals::kLogarithm, Depths::kEither>(pass, y);
-      break;
-    case Normals::kParabola:
-      plane ? FilterRowByGeometry<Normals::kParabola, Depths::kPlane>(pass, y)
-            : FilterRowByGeometry<Normals::kParabola, Depths::kGradient>(pass, y);
-      break;
-    case Normals::kCurved:
-      plane ? FilterRowByGeometry<Normals::kCurved, Depths::kPlane>(pass, y)
-            : FilterRowByGeometry<Normals::kCurved, Depths::kEither>(pass, y);
-      break;
-  }
-}
-
 /// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
 /// signal, so that few planes are read at a time; specular light last, whose exponents replace the
 /// others.
@@ -579,7 +273,7 @@ template <int kPairs>
 void FilterRow(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);
   const TapSlots exponents = {scratch.Row(0), scratch.Row(1) - scratch.Row(0)};
-  ExponentsOfRow<kPairs>(pass, y, exponents);
+  ExponentsOfRow<kPairs, OfGuides::kExponents>(pass, y, exponents);
   bool any_reflected = false;
   for (const AtrousSignal& signal : pass.signals) {
     any_reflected = any_reflected || signal.reflected;
@@ -612,7 +306,12 @@ void AtrousRow(const AtrousPass& pass, int y) {
       }
       break;
     case kAtrousGeometry:
-      FilterRowByGeometry(pass, y);
+      if (IsDense(pass)) {
+        pass.level->radius == 1 ? FilterDenseRows<TapPairs::CountOf(1)>(pass, y)
+                                : FilterDenseRows<TapPairs::CountOf(2)>(pass, y);
+      } else {
+        FilterRowByGeometry(pass, y);
+      }
       break;
     case kAtrousSvgf:
       pass.level->radius == 1 ? FilterRow<TapPairs::CountOf(1)>(pass, y)

@@ -56,7 +56,16 @@ struct AtrousSignal {
   const Image1* luminance_factor;  ///< see prefilter_variance; read with kAtrousSvgf only
   const Image1* valid;             ///< positive where there is light on a surface, else 0
   bool all_valid = false;          ///< every surface has light, so `valid` is redundant
-  float eaw_sigma_l = 1;           ///< in units of light, of this level
+  /// kAtrousGeometry only: every plane is 0 where `valid` is, the border included. So is the
+  /// result.
+  bool zero_where_absent = false;
+  /// kAtrousGeometry only: of the colour, nothing but the luminance is filtered.
+  bool luminance_only = false;
+  /// With luminance_only and all_valid: the length of the histories, by which mix_pilot mixes the
+  /// result with the signal itself. nullptr: it is not mixed. Not in the reference.
+  const Image1* mixed_length = nullptr;
+  float mixed_full = 0;   ///< length up to which the result is the mean alone
+  float eaw_sigma_l = 1;  ///< in units of light, of this level
   /// Nothing but specular light: its normal weight, of kAtrousSvgf, is narrower where a surface is
   /// strongly curved (kLeastReflectedSigmaN).
   bool reflected = false;

@@ -206,11 +206,12 @@ HWY_INLINE void FindWeights(const Estimates& e, const NormalRows& normals, int x
   const TapSlots slots = SlotsOf(weights);
   if (edges.depth_weight_position != 0) {
     PositionExponents(e.taps, edges, false, guide, centre, x, y, slots);
-    WeightsOfExponents(e.taps, weights);
+    WeightsOfExponents(e.taps, slots);
     return;
   }
   switch (NormalsOf(edges)) {
     case Normals::kLogarithm:
+    case Normals::kCubic:
       GuideExponents<Normals::kLogarithm>(e.taps, edges, false, guide, centre, x, slots);
       break;
     case Normals::kParabola:
@@ -220,7 +221,7 @@ HWY_INLINE void FindWeights(const Estimates& e, const NormalRows& normals, int x
       GuideExponents<Normals::kCurved>(e.taps, edges, false, guide, centre, x, slots);
       break;
   }
-  WeightsOfExponents(e.taps, weights);
+  WeightsOfExponents(e.taps, slots);
 }
 
 /// The temporal variance of one signal at the pixels x, x + 1, ...
@@ -268,7 +269,7 @@ NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
 /// Returns one bit for each signal that has no light on some surface.
 uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
   const DF d;
-  const TapPairs taps = WithBias(all.taps, all.p.edges);
+  const TapPairs taps = WithBias(all.taps, all.p.edges, NormalsOf(all.p.edges));
   const Estimates e = {all.signals, all.guides, all.p, taps};
   NormalWindow window(all.guides, 1, all.p.short_history_radius);
   uint32_t incomplete = 0;

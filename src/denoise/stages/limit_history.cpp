@@ -206,6 +206,16 @@ void AverageBlocks(const RowScratch& scratch, int by, int blocks, ComparedPlanes
   }
 }
 
+/// A row of blocks without light.
+void ClearBlocks(int by, int blocks, ComparedPlanes* out) {
+  for (Image1* plane :
+       {&out->valid, &out->light.colour[0], &out->light.colour[1], &out->light.variance,
+        &out->compressed.colour[0], &out->compressed.colour[1], &out->compressed.colour[2],
+        &out->compressed.variance}) {
+    std::fill_n(plane->Row(by), blocks, 0.0f);
+  }
+}
+
 void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps& taps,
                  const GuidePlanes& guides, const Image1& roughness, int begin, int end,
                  GuidePlanes* coarse) {
@@ -227,7 +237,7 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
       if (any) {
         AverageBlocks(scratch, by, blocks, signal.out);
       } else {
-        std::fill_n(signal.out->valid.Row(by), blocks, 0.0f);
+        ClearBlocks(by, blocks, signal.out);
       }
     }
   }
@@ -270,7 +280,8 @@ void MeasureChangeRows(const FilterPlanes& averaged, int begin, int end, Compare
                                              hn::LoadU(d, averaged.colour[1].Row(y) + x)));
       StoreInRow(d, change, planes->light.colour[0].Row(y), x, width);
       StoreInRow(d, hn::Mul(change, change), planes->light.colour[1].Row(y), x, width);
-      StoreInRow(d, hn::Set(d, 1.0f), planes->light.variance.Row(y), x, width);
+      StoreInRow(d, hn::IfThenElseZero(valid, hn::Set(d, 1.0f)), planes->light.variance.Row(y), x,
+                 width);
     }
   }
 }

@@ -117,12 +117,12 @@ Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& 
 void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes) {
   for (int y = 0; y < planes->valid.height(); ++y) {
     for (int x = 0; x < planes->valid.width(); ++x) {
-      const float change = planes->valid(x, y) > 0
-                               ? LogChange(averaged.colour[0](x, y), averaged.colour[1](x, y))
-                               : 0.0f;
+      const bool valid = planes->valid(x, y) > 0;
+      const float change =
+          valid ? LogChange(averaged.colour[0](x, y), averaged.colour[1](x, y)) : 0.0f;
       planes->light.colour[0](x, y) = change;
       planes->light.colour[1](x, y) = change * change;
-      planes->light.variance(x, y) = 1;
+      planes->light.variance(x, y) = valid ? 1.0f : 0.0f;
     }
   }
 }

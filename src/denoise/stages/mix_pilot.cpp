@@ -11,6 +11,7 @@
 
 #include <hwy/highway.h>
 
+#include "denoise/simd/mix_pilot-inl.h"
 #include "denoise/simd/vector_math-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -21,21 +22,16 @@ namespace {
 void MixPilotRows(const MixPilotInput& in, float full, int y0, int y1, Image1* luminance,
                   Image1* variance) {
   const DF d;
-  const VF one = hn::Set(d, 1.0f);
-  const VF least = hn::Set(d, 1e-6f);
-  const VF vfull = hn::Set(d, full);
   const int width = luminance->width();
   for (int y = y0; y < y1; ++y) {
     for (int x = 0; x < width; x += LaneCount()) {
-      const VF length = hn::Max(hn::LoadU(d, in.length->Row(y) + x), least);
-      const VF share = hn::Min(hn::Div(vfull, length), one);
-      const VF own = hn::LoadU(d, in.luminance->Row(y) + x);
-      const VF mean = hn::LoadU(d, luminance->Row(y) + x);
-      const VF own_deviation = hn::Sqrt(hn::LoadU(d, in.variance->Row(y) + x));
-      const VF mean_deviation = hn::Sqrt(hn::LoadU(d, variance->Row(y) + x));
-      const VF deviation = hn::MulAdd(share, hn::Sub(mean_deviation, own_deviation), own_deviation);
-      StoreInRow(d, hn::MulAdd(share, hn::Sub(mean, own), own), luminance->Row(y), x, width);
-      StoreInRow(d, hn::Mul(deviation, deviation), variance->Row(y), x, width);
+      const auto load = [&](const Image1& plane)
+                            HWY_ATTR { return hn::LoadU(d, plane.Row(y) + x); };
+      const PilotValue pilot =
+          MixedPilot({load(*in.luminance), load(*in.variance)}, {load(*luminance), load(*variance)},
+                     load(*in.length), full);
+      StoreInRow(d, pilot.luminance, luminance->Row(y), x, width);
+      StoreInRow(d, pilot.variance, variance->Row(y), x, width);
     }
   }
 }

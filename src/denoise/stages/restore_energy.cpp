@@ -102,6 +102,9 @@ void RestoreRows(std::span<const RestoredSignal> signals, const GuidePlanes& coa
                            kRatioRow);
       for (int x = 0; x < width; x += LaneCount()) {
         const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
+        if (hn::AllTrue(d, hn::Eq(ratio, hn::Set(d, 1.0f)))) {
+          continue;  // nothing is missing in large parts of a picture
+        }
         for (int c = 0; c < 3; ++c) {
           float* row = (*signal.light)[c].Row(y);
           StoreInRow(d, hn::Mul(ratio, hn::LoadU(d, row + x)), row, x, width);

@@ -7,7 +7,8 @@ namespace stillray {
 Fusion ChooseFusion(const FramePlan& plan, bool keeps_outputs) {
   return {.prepare_and_find_taps = plan.runs.reproject,
           .accumulate_in_place = plan.runs.reproject,
-          .antialias_parts = plan.has_picture && !plan.runs.fxaa && !keeps_outputs};
+          .antialias_parts = plan.has_picture && !plan.runs.fxaa && !keeps_outputs,
+          .mix_pilot = true};
 }
 
 bool ChangesInPlace(const Fusion& fusion, const ReprojectionTaps& taps,

@@ -10,6 +10,7 @@
 /// | cpu::PrepareAndFindTaps | prepare_guides, reproject | 0.99 |
 /// | cpu::AntialiasParts | remodulate, antialias | 0.99 (svgf: 0.97) |
 /// | cpu::AccumulateInPlace | accumulate into other planes | 0.93 of a still, sparse view |
+/// | AtrousSignal::mixed_length | the pilot's level, mix_pilot | 0.97 (two threads) |
 #pragma once
 
 #include "denoise/plan.h"
@@ -26,6 +27,7 @@ struct Fusion {
   bool prepare_and_find_taps = false;
   bool accumulate_in_place = false;
   bool antialias_parts = false;
+  bool mix_pilot = false;  ///< at the end of the level before it, where every surface has light
 };
 
 /// \param keeps_outputs  the caller requests intermediate pictures
