@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <numeric>
 #include <span>
 
 #include <fmt/format.h>
@@ -52,11 +53,6 @@ ShaderCode CodeOf(size_t shader) {
   return codes[shader];
 }
 
-/// The largest of the per-pixel structures.
-constexpr size_t kLargestRecord =
-    std::max({sizeof(PathState), sizeof(GpuGuides), kAllSignals * sizeof(GpuSignal),
-              sizeof(GpuShadow), sizeof(LensGuides), 2 * sizeof(GpuImage)});
-
 constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue);
 
 bool LetsThrough(const Material& material) {
@@ -87,38 +83,71 @@ Status GpuTracer::CheckLimits() const {
   return Status::Ok();
 }
 
+std::array<size_t, GpuTracer::kBindingCount> GpuTracer::RecordBytes(const TracerParts& parts) {
+  const size_t signals = parts.separates ? kAllSignals : kSurfaceSignals;
+  std::array<size_t, kBindingCount> bytes = {};
+  bytes[kPaths] = sizeof(PathState);
+  bytes[kRays] = sizeof(GpuRay);
+  bytes[kHits] = sizeof(GpuHit);
+  bytes[kShadows] = sizeof(GpuShadow);
+  bytes[kLists] = 2 * sizeof(uint32_t);
+  bytes[kGuides] = sizeof(GpuGuides);
+  bytes[kFirstHits] = sizeof(GpuHit);
+  bytes[kLightOfSamples] = signals * sizeof(GpuSignal);
+  bytes[kSums] = signals * sizeof(GpuSignal);
+  bytes[kLensSums] = parts.lens ? sizeof(LensGuides) : 0;
+  bytes[kImages] = parts.images ? (parts.separates ? 2 : 1) * sizeof(GpuImage) : 0;
+  return bytes;
+}
+
+size_t GpuTracer::BytesPerPixel(const TracerParts& parts) {
+  const std::array<size_t, kBindingCount> bytes = RecordBytes(parts);
+  return std::accumulate(bytes.begin(), bytes.end(), size_t{0});
+}
+
+/// Of a batch: a storage buffer has a largest size, and a dispatch a largest number of groups.
+uint32_t GpuTracer::MostPixels() const {
+  const VkPhysicalDeviceLimits& limits = device_->context().limits;
+  const std::array<size_t, kBindingCount> bytes = RecordBytes(parts_);
+  const uint64_t of_buffers =
+      limits.maxStorageBufferRange / *std::max_element(bytes.begin(), bytes.end());
+  const uint64_t of_groups = uint64_t{limits.maxComputeWorkGroupCount[0]} * kGroupSize;
+  return static_cast<uint32_t>(std::min({of_buffers, of_groups, uint64_t{1} << 31}));
+}
+
 Status GpuTracer::AddBuffers() {
   const size_t n = capacity_;
-  const size_t n_lens = parts_.lens ? n : 1;
-  const size_t n_images = !parts_.images ? 2 : parts_.separates ? 2 * n : n;
-  const size_t n_signals = n * (parts_.separates ? kAllSignals : kSurfaceSignals);
+  const size_t n_host = parts_.to_host ? n : 1;
+  const std::array<size_t, kBindingCount> bytes = RecordBytes(parts_);
   constexpr VkBufferUsageFlags kStorage = VK_BUFFER_USAGE_STORAGE_BUFFER_BIT;
   const VkBufferUsageFlags queue_usage =
       kStorage | VK_BUFFER_USAGE_INDIRECT_BUFFER_BIT |
       (accel_->hardware() != nullptr ? VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT : 0);
   struct Want {
     Binding binding;
-    size_t bytes;
-    VkBufferUsageFlags usage;
+    VkBufferUsageFlags usage = kStorage;
+    size_t bytes = 0;  // in all; 0: a record for each pixel
   };
   const Want wants[] = {
-      {kFrame, sizeof(GpuFrame), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT},
-      {kPaths, n * sizeof(PathState), kStorage},
-      {kRays, n * sizeof(GpuRay), kStorage},
-      {kHits, n * sizeof(GpuHit), kStorage},
-      {kShadows, n * sizeof(GpuShadow), kStorage},
-      {kLists, 2 * n * sizeof(uint32_t), kStorage},
-      {kQueues, kQueueBytes + sizeof(GpuCounters), queue_usage},
-      {kGuides, n * sizeof(GpuGuides), kStorage},
-      {kFirstHits, n * sizeof(GpuHit), kStorage},
-      {kLightOfSamples, n_signals * sizeof(GpuSignal), kStorage},
-      {kSums, n_signals * sizeof(GpuSignal), kStorage},
-      {kLensSums, n_lens * sizeof(LensGuides), kStorage},
-      {kImages, n_images * sizeof(GpuImage), kStorage},
+      {kFrame, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, sizeof(GpuFrame)},
+      {kPaths},
+      {kRays},
+      {kHits},
+      {kShadows},
+      {kLists},
+      {kQueues, queue_usage, kQueueBytes + sizeof(GpuCounters)},
+      {kGuides},
+      {kFirstHits},
+      {kLightOfSamples},
+      {kSums},
+      {kLensSums},
+      {kImages},
   };
+  constexpr size_t kUnused = std::max(sizeof(LensGuides), 2 * sizeof(GpuImage));
   for (const Want& want : wants) {
-    const Result<const gpu::Buffer*> buffer =
-        arena_.AddBuffer(want.bytes, want.usage, gpu::BufferPlace::kDevice);
+    const size_t of_pixels = std::max(n * bytes[want.binding], kUnused);
+    const Result<const gpu::Buffer*> buffer = arena_.AddBuffer(
+        want.bytes > 0 ? want.bytes : of_pixels, want.usage, gpu::BufferPlace::kDevice);
     STILLRAY_RETURN_IF_ERROR(buffer.status());
     buffers_[want.binding] = *buffer;
   }
@@ -133,11 +162,11 @@ Status GpuTracer::AddBuffers() {
   STILLRAY_RETURN_IF_ERROR(
       add_host(n * sizeof(uint32_t), kStorage, gpu::BufferPlace::kUpload, &listed_));
   STILLRAY_RETURN_IF_ERROR(
-      add_host(n * sizeof(GpuGuides), 0, gpu::BufferPlace::kDownload, &host_guides_));
+      add_host(n_host * sizeof(GpuGuides), 0, gpu::BufferPlace::kDownload, &host_guides_));
+  STILLRAY_RETURN_IF_ERROR(add_host(std::max(n_host * bytes[kImages], kUnused), 0,
+                                    gpu::BufferPlace::kDownload, &host_images_));
   STILLRAY_RETURN_IF_ERROR(
-      add_host(n_images * sizeof(GpuImage), 0, gpu::BufferPlace::kDownload, &host_images_));
-  STILLRAY_RETURN_IF_ERROR(
-      add_host(n_signals * sizeof(GpuSignal), 0, gpu::BufferPlace::kDownload, &host_sums_));
+      add_host(n_host * bytes[kSums], 0, gpu::BufferPlace::kDownload, &host_sums_));
   STILLRAY_RETURN_IF_ERROR(
       add_host(sizeof(GpuCounters), 0, gpu::BufferPlace::kDownload, &host_counters_));
   buffers_[kListed] = listed_;
@@ -155,10 +184,8 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
   tracer->constants_ = {accel->scene().with_layers() ? 1u : 0u};
   tracer->parts_ = parts;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
-  const size_t fit = device->context().limits.maxStorageBufferRange / kLargestRecord;
   tracer->capacity_ =
-      std::max(static_cast<uint32_t>(std::min<size_t>(most_pixels, fit)) / kGroupSize, 1u) *
-      kGroupSize;
+      std::max(std::min(most_pixels, tracer->MostPixels()) / kGroupSize, 1u) * kGroupSize;
   STILLRAY_RETURN_IF_ERROR(tracer->AddBuffers());
   // `sets_` creates the layouts of the other sets as well, for the pipelines; those sets belong to
   // other classes.

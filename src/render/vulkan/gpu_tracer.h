@@ -38,10 +38,12 @@ struct TracerParts {
   bool lens = false;       ///< a lens, whose samples have guides of their own
   bool images = false;     ///< virtual guides
   bool separates = false;  ///< transmitted light is separate, and has virtual guides
+  bool to_host = false;    ///< results are copied to the host
 
   friend bool operator==(const TracerParts&, const TracerParts&) = default;
   bool Include(const TracerParts& others) const {
-    return (lens || !others.lens) && (images || !others.images) && (separates || !others.separates);
+    return (lens || !others.lens) && (images || !others.images) &&
+           (separates || !others.separates) && (to_host || !others.to_host);
   }
 };
 
@@ -51,12 +53,14 @@ class GpuTracer {
   /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
   ///     all camera rays are traced
   /// \param parts        that there is memory for
-  /// \param most_pixels  of a batch; fewer if the device's storage buffers are small
+  /// \param most_pixels  of a batch; fewer if the device's storage buffers or dispatches are small
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
                                                    const Visibility* visibility,
                                                    uint32_t most_pixels, const TracerParts& parts);
 
+  /// Bytes of the device's memory for each pixel of a batch.
+  static size_t BytesPerPixel(const TracerParts& parts);
   /// Pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
   const TracerParts& parts() const { return parts_; }
@@ -65,7 +69,10 @@ class GpuTracer {
   uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
 
   /// Begins a submission with the state common to its batches. Earlier commands must have finished.
+  /// RecordNextBatch is called between two batches.
   void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
+  /// What follows overwrites the buffers of the batch before, whose results have been stored.
+  void RecordNextBatch(VkCommandBuffer commands) const { Wait(commands); }
   /// Rasterises the visible triangles, for the batches of a frame with `rasterised`.
   void RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame);
   /// Guides of the batch, and the starting points of its paths; with a lens those of the batch's
@@ -92,7 +99,8 @@ class GpuTracer {
     bool sums = false;
     uint32_t signals = kSurfaceSignals;  ///< GpuFrame::signal_count
   };
-  /// Copies results and the counters of the submission to the host; ends it.
+  /// Copies results of the last batch (only if parts() have them on the host) and the counters of
+  /// the submission to the host; ends it.
   void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const Results& copied);
 
   /// Of the last submission, after it has finished and Invalidate was called.
@@ -161,6 +169,9 @@ class GpuTracer {
         arena_(&device->context()),
         sets_(&device->context()) {}
   Status CheckLimits() const;
+  /// Bytes of each pixel's record in every buffer; 0 for those of another size.
+  static std::array<size_t, kBindingCount> RecordBytes(const TracerParts& parts);
+  uint32_t MostPixels() const;
   Status AddBuffers();
   Result<std::vector<VkDescriptorSetLayout>> Layouts();
   Status MakeHardwarePipelines();

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "gpu/memory_budget.h"
+
 namespace stillray::render {
 
 int RoundUpToBlocks(int pixels) {
@@ -13,17 +15,23 @@ int RoundUpToBlocks(int pixels) {
 
 namespace {
 
-/// Maximum number of pixels in a batch: enough to fill a large GPU, 0.6 kB each.
-constexpr uint32_t kMostPixels = 1u << 19;
+/// A batch takes at most this share of the device's free memory: the frames, the denoiser and other
+/// programs need the rest.
+constexpr uint64_t kShareOfMemory = 3;
 constexpr uint32_t kLeastPixels = 1u << 12;
-
-/// Of a batch.
-uint32_t WantedPixels(int width, int height) {
-  const int64_t pixels = int64_t{RoundUpToBlocks(width)} * RoundUpToBlocks(height);
-  return static_cast<uint32_t>(std::min<int64_t>(pixels, kMostPixels));
-}
+/// Of a batch whose results are copied to the host, which needs memory for them too, up to 0.3 kB
+/// each. A picture of 1920x1080 is one batch.
+constexpr int64_t kMostPixelsToHost = 1 << 21;
 
 }  // namespace
+
+/// Of a batch, if there is memory.
+uint32_t PictureTracer::WantedPixels(int width, int height, const TracerParts& parts) const {
+  const int64_t pixels = int64_t{RoundUpToBlocks(width)} * RoundUpToBlocks(height);
+  const int64_t most = parts.to_host ? kMostPixelsToHost : int64_t{1} << 31;
+  const int64_t chosen = options_.most_pixels > 0 ? int64_t{options_.most_pixels} : most;
+  return static_cast<uint32_t>(std::min({pixels, most, chosen}));
+}
 
 /// A device that cannot rasterise, or has no memory for it, traces the camera's rays.
 Status PictureTracer::MakeVisibility(int width, int height) {
@@ -43,14 +51,18 @@ Status PictureTracer::MakeVisibility(int width, int height) {
 }
 
 Status PictureTracer::Make(int width, int height, const TracerParts& parts) {
-  uint32_t most = WantedPixels(width, height);
+  const uint32_t wanted = WantedPixels(width, height, parts);
   tracer_.reset();
   STILLRAY_RETURN_IF_ERROR(MakeVisibility(width, height));
+  const uint64_t fit = gpu::FreeMemory(*device_) / kShareOfMemory / GpuTracer::BytesPerPixel(parts);
+  auto most =
+      static_cast<uint32_t>(std::min<uint64_t>(wanted, std::max<uint64_t>(fit, kLeastPixels)));
   while (true) {
     Result<std::unique_ptr<GpuTracer>> tracer =
         GpuTracer::Create(device_, accel_, lights_, visibility_.get(), most, parts);
     if (tracer.ok()) {
       tracer_ = std::move(*tracer);
+      is_limited_ = tracer_->capacity() < wanted;
       return Status::Ok();
     }
     if (tracer.status().code() != StatusCode::kOutOfMemory || most <= kLeastPixels) {
@@ -63,8 +75,8 @@ Status PictureTracer::Make(int width, int height, const TracerParts& parts) {
 bool PictureTracer::HasRoomFor(int width, int height, const TracerParts& parts) const {
   const bool drawn = visibility_ != nullptr ? visibility_->HasRoomFor(width, height)
                                             : !options_.rasterise || !device_->can_draw();
-  return drawn && tracer_ != nullptr && tracer_->capacity() >= WantedPixels(width, height) &&
-         tracer_->parts().Include(parts);
+  return drawn && tracer_ != nullptr && tracer_->parts().Include(parts) &&
+         (is_limited_ || tracer_->capacity() >= WantedPixels(width, height, parts));
 }
 
 }  // namespace stillray::render

@@ -12,6 +12,9 @@ namespace stillray::render {
 
 struct PictureTracerOptions {
   bool rasterise = true;  ///< rasterise the camera's first hits, if the device can
+  /// Maximum number of pixels in a batch, at least 1; 0: all of the picture's for which the device
+  /// has memory.
+  uint32_t most_pixels = 0;
 };
 
 class PictureTracer {
@@ -40,6 +43,7 @@ class PictureTracer {
 
  private:
   Status MakeVisibility(int width, int height);
+  uint32_t WantedPixels(int width, int height, const TracerParts& parts) const;
 
   gpu::Device* device_;
   const GpuAccel* accel_;
@@ -48,6 +52,7 @@ class PictureTracer {
   PictureTracerOptions options_;
   std::unique_ptr<Visibility> visibility_;  // null: the camera's rays are traced
   std::unique_ptr<GpuTracer> tracer_;
+  bool is_limited_ = false;  // tracer_ has as many pixels as there was memory for, not all
 };
 
 /// The size of a picture rounded up to whole blocks of a batch.

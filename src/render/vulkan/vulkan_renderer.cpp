@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <new>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -17,17 +18,14 @@
 #include "render/vulkan/batch_store.h"
 #include "render/vulkan/device_store.h"
 #include "render/vulkan/picture_tracer.h"
+#include "render/vulkan/submission_pace.h"
 
 namespace stillray::render {
 namespace {
 
-/// Desktop drivers abort work that takes longer than about two seconds. Submissions start with few
-/// enough paths to stay below that, and adapt to the measured times.
-constexpr double kFirstPaths = 1 << 14;
-constexpr double kLeastPaths = 1 << 11;
-/// Maximum number of samples per submission, which bounds the number of timestamps.
+/// Maximum number of samples of batches per submission, which bounds the number of timestamps.
 constexpr int kMostSamples = 16;
-constexpr uint32_t kMostMarks = 2048;
+constexpr uint32_t kMostMarks = 4096;
 
 GpuView MakeGpuView(const CameraView& view) {
   return {view.position, view.half_width,  view.right,        view.half_height,
@@ -44,21 +42,34 @@ struct BatchPlan {
   int samples = 0;
 };
 
+/// What one submission does for a batch: its guides if none of its samples is `done`, then some of
+/// its samples, and after the last one its results.
+struct BatchWork {
+  GpuBatch batch = {};
+  BatchPlan plan;
+  int done = 0;
+  int samples = 0;
+
+  bool is_last() const { return done + samples == plan.samples; }
+  int steps() const { return std::max(samples, 1); }  // guides alone count like a sample
+  double paths() const { return static_cast<double>(batch.count) * steps(); }
+};
+
 class VulkanRenderer final : public Renderer {
  public:
   VulkanRenderer(const Scene& scene, const RenderSettings& settings,
                  std::shared_ptr<gpu::Device> device, const VulkanRenderOptions& options)
       : device_(std::move(device)),
-        tracer_options_{DrawsFirstHits(device_->info(), options.first_hits)},
+        tracer_options_{DrawsFirstHits(device_->info(), options.first_hits), options.most_pixels},
         way_(options.way),
-        submission_ms_(options.submission_ms),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
         images_(ImagesOfScene(scene)),
         state_(scene),
         lights_(state_),
         device_store_(device_),
-        times_(&device_->context()) {}
+        times_(&device_->context()),
+        pace_(options.submission_ms) {}
 
   Status Build();
   Status MakePicture(const RenderSettings& settings);
@@ -80,6 +91,7 @@ class VulkanRenderer final : public Renderer {
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   TracerParts PartsFor(const RenderSettings& settings) const;
+  Status AllowHostResults();
   /// The virtual guides of frames with the cameras of SetCameras.
   ImageKinds ShownImages() const {
     return WantedImages(settings_, images_, frame_.view.lens_radius > 0.0f);
@@ -90,10 +102,14 @@ class VulkanRenderer final : public Renderer {
   template <typename Store>
   Status ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store);
   Status TraceBatch(const GpuBatch& batch, const BatchPlan& plan, ProgressMeter* meter);
+  Status Add(const BatchWork& work, ProgressMeter* meter);
+  Status Flush(ProgressMeter* meter);
   void SelectSample(uint64_t sample, GpuBatch* batch) const;
-  Status Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples);
+  int MostPaths() const;
+  GpuTracer::Results ResultsAfter(const BatchWork& work) const;
+  Status Record(VkCommandBuffer commands, const BatchWork& work);
+  Status Submit(const std::vector<BatchWork>& works);
   void ReadTimes();
-  void AdaptTo(double paths, double milliseconds);
   Status BeginFrame(const RenderMoment& moment, Frame* frame);
   Status RenderWhole(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
   Status RenderPart(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
@@ -103,7 +119,6 @@ class VulkanRenderer final : public Renderer {
   std::shared_ptr<gpu::Device> device_;
   PictureTracerOptions tracer_options_;
   TracingWay way_;
-  double submission_ms_;
   RenderSettings settings_;
   bool any_transmission_;
   ImageKinds images_;  // that the scene may show
@@ -122,7 +137,8 @@ class VulkanRenderer final : public Renderer {
   bool accel_moved_ = true;  // since the last upload
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
-  double paths_per_submission_ = kFirstPaths;
+  SubmissionPace pace_;
+  std::vector<BatchWork> pending_;  // of the next submission
   RenderTimings timings_;
   SparseFrameWriter sparse_;
 };
@@ -147,7 +163,18 @@ Status VulkanRenderer::Build() {
 
 TracerParts VulkanRenderer::PartsFor(const RenderSettings& settings) const {
   const ImageKinds images = WantedImages(settings, images_, false);
-  return {MayHaveLens(state_.scene(), settings), images.any(), images.refraction};
+  return {MayHaveLens(state_.scene(), settings), images.any(), images.refraction,
+          !settings.on_device};
+}
+
+/// For references, and for frames without memory for their images on the device.
+Status VulkanRenderer::AllowHostResults() {
+  TracerParts parts = tracer()->parts();
+  if (parts.to_host) {
+    return Status::Ok();
+  }
+  parts.to_host = true;
+  return picture_->Make(settings_.width, settings_.height, parts);
 }
 
 Status VulkanRenderer::MakePicture(const RenderSettings& settings) {
@@ -178,6 +205,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
     STILLRAY_RETURN_IF_ERROR(MakePicture(settings_));
   }
   timings_ = RenderTimings();
+  pending_.clear();  // of a frame that failed
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
   STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
@@ -226,17 +254,6 @@ void VulkanRenderer::SetSampling(vec2 jitter, SampleStream stream) {
   frame_.with_squares = settings_.spp > 1 ? 1 : 0;
 }
 
-void VulkanRenderer::AdaptTo(double paths, double milliseconds) {
-  const double ratio = submission_ms_ / std::max(milliseconds, 1e-3);
-  if (ratio < 1) {
-    paths_per_submission_ = std::max(paths * std::max(ratio, 0.25), kLeastPaths);
-  } else if (paths > 0.5 * paths_per_submission_) {
-    paths_per_submission_ *= std::min(ratio, 2.0);
-  }
-  const double most = static_cast<double>(tracer()->capacity()) * kMostSamples;
-  paths_per_submission_ = std::min(paths_per_submission_, most);
-}
-
 void VulkanRenderer::ReadTimes() {
   for (const gpu::DeviceTime& time : times_.Read()) {
     double& sum = time.name == kTimeGuides || time.name == kTimeRaster ? timings_.primary_ms
@@ -262,9 +279,49 @@ void VulkanRenderer::SelectSample(uint64_t sample, GpuBatch* batch) const {
   batch->window_high = static_cast<uint32_t>(window >> 32);
 }
 
-/// Traces samples `done` to `done + samples` of the batch; the first submission includes its
-/// guides, the last its results.
-Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, int samples) {
+GpuTracer::Results VulkanRenderer::ResultsAfter(const BatchWork& work) const {
+  if (!work.is_last()) {
+    return {};
+  }
+  return {.guides = work.plan.guides,
+          .images = work.plan.images,
+          .sums = work.plan.samples > 0,
+          .signals = frame_.signal_count};
+}
+
+Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work) {
+  const BatchPlan& plan = work.plan;
+  GpuBatch batch = work.batch;
+  // With a lens each sample has its own guides.
+  SelectSample(plan.first_sample + static_cast<uint64_t>(work.done), &batch);
+  if (plan.guides && work.done == 0) {
+    STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(commands, batch));
+  }
+  if (plan.images.any() && work.done == 0) {
+    STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(commands, batch));
+  }
+  const int steps = MostSteps(state_.scene(), settings_.bounces);
+  for (int s = work.done; s < work.done + work.samples; ++s) {
+    SelectSample(plan.first_sample + static_cast<uint64_t>(s), &batch);
+    if (plan.guides && s > 0 && frame_.view.lens_radius > 0.0f) {
+      STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(commands, batch));
+    }
+    STILLRAY_RETURN_IF_ERROR(
+        tracer()->RecordSample(commands, batch,
+                               {.steps = steps,
+                                .first = s == 0,
+                                .reference = plan.reference,
+                                .separates = frame_.signal_count == kAllSignals}));
+  }
+  if (device_store_.active() && work.is_last()) {
+    STILLRAY_RETURN_IF_ERROR(device_store_.Record(commands, tracer(), accel_->device_instances(),
+                                                  batch, ResultsAfter(work)));
+  }
+  return Status::Ok();
+}
+
+/// One after another; the results of the last one may go to the host.
+Status VulkanRenderer::Submit(const std::vector<BatchWork>& works) {
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
@@ -278,41 +335,20 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
   if (frame_.rasterised != 0 && !visible_) {
     tracer()->RecordVisibility(*commands, frame_);
   }
-  // With a lens each sample has its own guides.
-  SelectSample(plan.first_sample + static_cast<uint64_t>(done), &batch);
-  if (plan.guides && done == 0) {
-    STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
-  }
-  if (plan.images.any() && done == 0) {
-    STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(*commands, batch));
-  }
-  const int steps = MostSteps(state_.scene(), settings_.bounces);
-  for (int s = done; s < done + samples; ++s) {
-    SelectSample(plan.first_sample + static_cast<uint64_t>(s), &batch);
-    if (plan.guides && s > 0 && frame_.view.lens_radius > 0.0f) {
-      STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(*commands, batch));
+  double paths = 0;
+  for (const BatchWork& work : works) {
+    if (paths > 0) {
+      tracer()->RecordNextBatch(*commands);
     }
-    STILLRAY_RETURN_IF_ERROR(
-        tracer()->RecordSample(*commands, batch,
-                               {.steps = steps,
-                                .first = s == 0,
-                                .reference = plan.reference,
-                                .separates = frame_.signal_count == kAllSignals}));
+    STILLRAY_RETURN_IF_ERROR(Record(*commands, work));
+    paths += work.paths();
   }
-  const bool last = done + samples == plan.samples;
-  const GpuTracer::Results results = {.guides = plan.guides && last,
-                                      .images = last ? plan.images : ImageKinds(),
-                                      .sums = plan.samples > 0 && last,
-                                      .signals = frame_.signal_count};
-  const bool stays = device_store_.active();
-  if (stays && last) {
-    STILLRAY_RETURN_IF_ERROR(
-        device_store_.Record(*commands, tracer(), accel_->device_instances(), batch, results));
-  }
-  tracer()->RecordEnd(*commands, batch, stays ? GpuTracer::Results() : results);
+  tracer()->RecordEnd(*commands, works.back().batch,
+                      device_store_.active() ? GpuTracer::Results() : ResultsAfter(works.back()));
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
-  AdaptTo(static_cast<double>(batch.count) * std::max(samples, 1), MillisecondsSince(start));
+  pace_.Adapt(paths, MillisecondsSince(start),
+              static_cast<double>(tracer()->capacity()) * kMostSamples);
   accel_moved_ = false;
   lights_moved_ = false;
   visible_ = frame_.rasterised != 0;
@@ -323,19 +359,50 @@ Status VulkanRenderer::Submit(GpuBatch batch, const BatchPlan& plan, int done, i
 
 Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
                                   ProgressMeter* meter) {
-  int done = 0;
+  BatchWork work = {batch, plan, 0, 0};
   do {
     const int fit = static_cast<int>(
-        std::min(paths_per_submission_ / static_cast<double>(batch.count), double{kMostSamples}));
-    const int samples = std::clamp(fit, std::min(plan.samples, 1), plan.samples - done);
-    STILLRAY_RETURN_IF_ERROR(Submit(batch, plan, done, samples));
-    done += samples;
-    meter->Finish(static_cast<double>(batch.count) * std::max(samples, 1));
-    if (meter->cancelled()) {
-      return Status::Cancelled();
-    }
-  } while (done < plan.samples);
+        std::min(pace_.paths() / static_cast<double>(batch.count), double{kMostSamples}));
+    work.samples = std::clamp(fit, std::min(plan.samples, 1), plan.samples - work.done);
+    STILLRAY_RETURN_IF_ERROR(Add(work, meter));
+    work.done += work.samples;
+  } while (work.done < plan.samples);
   return Status::Ok();
+}
+
+/// Adds work to the next submission; submits first what would be too much with it, and then what is
+/// enough. The host's copy of results has room for one batch.
+Status VulkanRenderer::Add(const BatchWork& work, ProgressMeter* meter) {
+  double paths = 0;
+  int steps = 0;
+  for (const BatchWork& other : pending_) {
+    paths += other.paths();
+    steps += other.steps();
+  }
+  if (paths + work.paths() > pace_.paths() || steps + work.steps() > kMostSamples) {
+    STILLRAY_RETURN_IF_ERROR(Flush(meter));
+    paths = 0;
+  }
+  pending_.push_back(work);
+  const bool to_host = work.is_last() && !device_store_.active();
+  return to_host || pace_.IsEnough(paths + work.paths()) ? Flush(meter) : Status::Ok();
+}
+
+Status VulkanRenderer::Flush(ProgressMeter* meter) {
+  if (pending_.empty()) {
+    return Status::Ok();
+  }
+  const std::vector<BatchWork> works = std::exchange(pending_, {});
+  STILLRAY_RETURN_IF_ERROR(Submit(works));
+  for (const BatchWork& work : works) {
+    meter->Finish(work.paths());
+  }
+  return meter->cancelled() ? Status::Cancelled() : Status::Ok();
+}
+
+/// Of a batch.
+int VulkanRenderer::MostPaths() const {
+  return static_cast<int>(std::min(pace_.paths(), static_cast<double>(tracer()->capacity())));
 }
 
 /// Those of the last batch on the host.
@@ -356,8 +423,7 @@ Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, con
   constexpr int kBlock = static_cast<int>(kBlockSize);
   const int columns = RoundUpToBlocks(settings_.width);
   for (int y = 0; y < settings_.height;) {
-    const int most = static_cast<int>(
-        std::min(paths_per_submission_, static_cast<double>(tracer()->capacity())));
+    const int most = MostPaths();
     const int width = std::min(columns, most / kBlock / kBlock * kBlock);
     const int height =
         std::min(RoundUpToBlocks(settings_.height - y), most / width / kBlock * kBlock);
@@ -392,6 +458,7 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
         device_store_.Begin(settings_, state_.may_turn(), ShownImages(), moment, frame));
   }
   if (!device_store_.active()) {
+    STILLRAY_RETURN_IF_ERROR(AllowHostResults());
     PrepareFrame(settings_, moment, ShownImages().refraction, frame);
     PreparePreviousNormals(state_, frame);
     PrepareVirtualGuides(settings_, ShownImages(), frame);
@@ -417,6 +484,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   ProgressMeter meter(progress, WorkOf(settings_, settings_.spp));
   STILLRAY_RETURN_IF_ERROR(ForTiles(
       plan, &meter, [&](const GpuBatch& batch) { StoreBatch(batch, ResultsOf(plan), frame); }));
+  STILLRAY_RETURN_IF_ERROR(Flush(&meter));
   return device_store_.End(int64_t{settings_.width} * settings_.height, frame);
 }
 
@@ -472,9 +540,10 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   }
   plan.samples = 1;
   for (size_t done = 0; done < chosen.size();) {
-    const size_t most = static_cast<size_t>(
-        std::min(paths_per_submission_, static_cast<double>(tracer()->capacity())));
-    const size_t count = std::min(chosen.size() - done, most);
+    if (done > 0) {
+      STILLRAY_RETURN_IF_ERROR(Flush(&meter));  // it reads the list
+    }
+    const size_t count = std::min(chosen.size() - done, static_cast<size_t>(MostPaths()));
     for (size_t i = 0; i < count; ++i) {
       const auto [x, y] = chosen[done + i];
       tracer()->listed_pixels()[i] = static_cast<uint32_t>(x) | static_cast<uint32_t>(y) << 16;
@@ -490,6 +559,7 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
     }
     done += count;
   }
+  STILLRAY_RETURN_IF_ERROR(Flush(&meter));
   if (!device_store_.active()) {
     sparse_.End(*frame);
   }
@@ -512,6 +582,7 @@ Status VulkanRenderer::TraceReference(const RenderMoment& moment, int spp, Image
                                       const RenderProgress& progress) {
   STILLRAY_RETURN_IF_ERROR(MoveTo(moment));
   device_store_.Drop();
+  STILLRAY_RETURN_IF_ERROR(AllowHostResults());
   ResizeImage(radiance, settings_.width, settings_.height);
   SetCameras(moment);
   frame_.signal_count = kSurfaceSignals;

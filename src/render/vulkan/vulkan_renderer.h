@@ -19,6 +19,8 @@ struct VulkanRenderOptions {
   /// Approximate duration of a submission in milliseconds: other users of the device wait that
   /// long.
   double submission_ms = 200;
+  /// As PictureTracerOptions.
+  uint32_t most_pixels = 0;
 };
 
 /// As Renderer::Create. The same device and driver give the same bits. RenderTimings hold the
