@@ -37,16 +37,22 @@ class GpuSubmissionsTest : public test::VulkanTest {
     return moment;
   }
 
-  // Frame `index`, brought to the host.
-  static Frame Render(int64_t index, Renderer* renderer) {
+  static Frame Render(const RenderMoment& moment, Renderer* renderer) {
     Frame frame;
-    const Status status = renderer->RenderFrame(Moment(index), &frame);
+    const Status status = renderer->RenderFrame(moment, &frame);
     EXPECT_TRUE(status.ok()) << status.message();
     EXPECT_EQ(frame.on_device != nullptr, renderer->settings().on_device);
-    Frame room;
-    const Result<const Frame*> host = OnHost(frame, &room);
-    EXPECT_TRUE(host.ok()) << host.status().message();
-    return **host;
+    return frame;
+  }
+
+  // Of frames on the host or the device.
+  static void ExpectSame(const Frame& found, const Frame& expected) {
+    Frame rooms[2];
+    const Result<const Frame*> of_found = OnHost(found, &rooms[0]);
+    const Result<const Frame*> of_expected = OnHost(expected, &rooms[1]);
+    ASSERT_TRUE(of_found.ok()) << of_found.status().message();
+    ASSERT_TRUE(of_expected.ok()) << of_expected.status().message();
+    ExpectFrame(**of_found, **of_expected);
   }
 
   // Two frames of renderers with other batches and submissions.
@@ -65,10 +71,10 @@ class GpuSubmissionsTest : public test::VulkanTest {
         renderers.push_back(Create(scene, settings, options));
       }
       for (int64_t index = 4; index < 6; ++index) {
-        const Frame expected = Render(index, whole.get());
+        const Frame expected = Render(Moment(index), whole.get());
         for (size_t i = 0; i < renderers.size(); ++i) {
           SCOPED_TRACE(i);
-          ExpectFrame(Render(index, renderers[i].get()), expected);
+          ExpectSame(Render(Moment(index), renderers[i].get()), expected);
         }
       }
     }
@@ -182,6 +188,143 @@ TEST_F(GpuSubmissionsTest, ALongFrameIsDivided) {
   EXPECT_GE(parts.size(), 6u);
   EXPECT_TRUE(std::is_sorted(parts.begin(), parts.end()));
   EXPECT_EQ(parts.back(), 1.0);
+}
+
+// Camera 0 looks along nine slabs of glass, at a lamp and a wall, camera 1 at the sky.
+Scene GlassSlabs() {
+  SceneBuilder builder;
+  builder.scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
+  for (int i = 0; i < 9; ++i) {
+    Material glass = Glass(1.5f, 0.0f);
+    if (i == 4) {  // one of them scatters
+      glass.attenuation_color = vec3(0.8f, 0.7f, 0.9f);
+      glass.attenuation_distance = 2.0f;
+      glass.multiscatter_color = vec3(0.6f, 0.5f, 0.4f);
+    }
+    const float z = -2.0f - 0.4f * static_cast<float>(i);
+    builder.Add(Box(vec3(-0.7f, -0.5f, z - 0.2f), vec3(0.7f, 0.5f, z)), glass);
+  }
+  builder.Add(Quad(vec3(-3, -3, -8), vec3(6, 0, 0), vec3(0, 6, 0)), Lambert(vec3(0.5f)));
+  builder.Add(Quad(vec3(-1, 0, -7), vec3(1, 0, 0), vec3(0, 1, 0)), Emitter(vec3(5, 4, 3)));
+  Transform back;
+  back.rotation = Rotation(vec3(0, 1, 0), 3.14159265f);
+  builder.scene.cameras.push_back({"sky", builder.AddNode(back), 0.3f, 0.0f});
+  return builder.scene;
+}
+
+RenderMoment MomentOf(int camera, int64_t index) {
+  RenderMoment moment;
+  moment.camera = camera;
+  moment.frame_index = index;
+  return moment;
+}
+
+// As many steps are recorded as the frame before had. Where the camera suddenly shows longer paths,
+// what is left follows in a second submission.
+TEST_F(GpuSubmissionsTest, PathsLongerThanThoseOfTheLastFrameAreResumed) {
+  ASSERT_NO_FATAL_FAILURE(Use(test::SharedVulkan::Get(false)));
+  UseNewDevice();
+  const test::CountedCalls calls(device_.get());
+  const Scene scene = GlassSlabs();
+  struct Case {
+    const char* name;
+    int spp;
+    bool virtual_guides;  // with them transmitted light is separate: two paths for a pixel
+    float aperture;
+    uint32_t most_pixels;
+  };
+  const Case cases[] = {{"a sample", 1, false, 0.0f, 0},
+                        {"two parts of a sample", 1, true, 0.0f, 0},
+                        {"two parts of three samples", 3, true, 0.0f, 0},
+                        {"three samples through a lens", 3, false, 0.02f, 0},
+                        {"batches of two samples", 2, true, 0.0f, 512}};
+  for (const Case& c : cases) {
+    for (const bool on_device : {false, true}) {
+      SCOPED_TRACE(std::string(c.name) + (on_device ? " on the device" : " on the host"));
+      RenderSettings settings = SmallSettings(40, 30, c.spp);
+      settings.virtual_guides = c.virtual_guides;
+      settings.aperture = c.aperture;
+      settings.focus = 4.0f;
+      settings.on_device = on_device;
+      const VulkanRenderOptions options = {.submission_ms = kAnyTime, .most_pixels = c.most_pixels};
+      const std::unique_ptr<Renderer> renderer = Create(scene, settings, options);
+      const std::unique_ptr<Renderer> fresh = Create(scene, settings, options);
+      Render(MomentOf(1, 3), renderer.get());
+      calls.Take();
+      const Frame frame = Render(MomentOf(0, 4), renderer.get());
+      const int submissions = calls.Take().submissions;
+      EXPECT_GT(submissions, 1);
+      EXPECT_TRUE(!on_device || submissions == 2) << submissions;
+      const Frame expected = Render(MomentOf(0, 4), fresh.get());
+      EXPECT_LT(calls.Take().submissions, submissions);
+      ExpectSame(frame, expected);
+      EXPECT_EQ(renderer->timings().bounce_rays, fresh->timings().bounce_rays);
+      EXPECT_EQ(renderer->timings().shadow_rays, fresh->timings().shadow_rays);
+      EXPECT_EQ(renderer->timings().primary_rays, fresh->timings().primary_rays);
+      EXPECT_EQ(renderer->timings().image_rays, fresh->timings().image_rays);
+    }
+  }
+}
+
+// Likewise, with the validation layer.
+TEST_F(GpuSubmissionsTest, ResumingIsValid) {
+  const Scene scene = GlassSlabs();
+  RenderSettings settings = SmallSettings(24, 16, 2);
+  settings.bounces = 1;
+  settings.on_device = true;
+  const VulkanRenderOptions options = {.submission_ms = kAnyTime, .most_pixels = 256};
+  const std::unique_ptr<Renderer> renderer = Create(scene, settings, options);
+  Render(MomentOf(1, 3), renderer.get());
+  const Frame found = Render(MomentOf(0, 4), renderer.get());
+  ExpectSame(found, Render(MomentOf(0, 4), Create(scene, settings, options).get()));
+}
+
+// Commands of frames of one sample that stay on the device: 4 dispatches for a step, 3 for the last
+// one.
+TEST_F(GpuSubmissionsTest, StepsWithoutPathsAreNotRecorded) {
+  ASSERT_NO_FATAL_FAILURE(Use(test::SharedVulkan::Get(false)));
+  UseNewDevice();
+  const test::CountedCalls calls(device_.get());
+  const Scene cornell = MakeBuiltinScene("cornell").value();
+  SceneBuilder pane;
+  pane.scene.environment.radiance = vec3(0.4f, 0.5f, 0.7f);
+  Material thin = Glass(1.5f, 0.0f);
+  thin.solid = false;
+  pane.Add(Quad(vec3(-2, -1, -4), vec3(4, 0, 0), vec3(0, 4, 0)), thin);
+  pane.Add(Quad(vec3(-9, -1, 0), vec3(18, 0, 0), vec3(0, 0, -18)), Lambert(vec3(0.5f)));
+  // Guides, the start of the paths, and what stores guides and light; cornell may turn, and has
+  // previous normals too.
+  constexpr int kOther = 8;
+  constexpr int kOtherBarriers = 13;
+  RenderSettings settings = SmallSettings(40, 30, 1);
+  settings.bounces = 3;
+  settings.on_device = true;
+  settings.virtual_guides = false;
+  const auto expect_steps = [&](int64_t index, int least, int most, int others,
+                                Renderer* renderer) {
+    calls.Take();
+    Render(MomentOf(0, index), renderer);
+    const test::CallCounts counts = calls.Take();
+    const int steps = (counts.dispatches + 1 - others) / 4;
+    EXPECT_EQ(counts.submissions, 1);
+    EXPECT_EQ(counts.dispatches, 4 * steps - 1 + others);
+    // The first frame waits for the scene's copy too.
+    EXPECT_EQ(counts.barriers, 3 * steps + kOtherBarriers + (index == 0 ? 4 : 0));
+    RecordProperty("steps of a frame", steps);
+    EXPECT_GE(steps, least);
+    EXPECT_LE(steps, most);
+  };
+  const std::unique_ptr<Renderer> opaque = Create(cornell, settings, {.submission_ms = kAnyTime});
+  const std::unique_ptr<Renderer> glass = Create(pane.scene, settings, {.submission_ms = kAnyTime});
+  for (int64_t index = 0; index < 3; ++index) {
+    SCOPED_TRACE(index);
+    expect_steps(index, 5, 5, kOther + 1, opaque.get());
+    if (index == 0) {
+      expect_steps(index, 29, 29, kOther, glass.get());
+    } else {
+      expect_steps(index, 6, 6, kOther, glass.get());
+    }
+  }
 }
 
 TEST_F(GpuSubmissionsTest, FreeMemoryIsAPartOfTheDevices) {

@@ -73,5 +73,30 @@ TEST(SubmissionPaceTest, NeverAboveTheMost) {
   }
 }
 
+TEST(StepForecastTest, FollowsTheLongestPathsOfTheLastFrame) {
+  StepForecast forecast;
+  EXPECT_EQ(forecast.Planned(30), 30);  // nothing is known
+  forecast.Used(9);
+  forecast.Used(7);
+  EXPECT_EQ(forecast.Planned(30), 11);
+  EXPECT_EQ(forecast.Planned(10), 10);
+  forecast.NextFrame();
+  EXPECT_EQ(forecast.Planned(30), 11);
+  forecast.Used(5);
+  EXPECT_EQ(forecast.Planned(30), 11);  // another part of this frame may be like the last frame
+  forecast.Used(20);
+  EXPECT_EQ(forecast.Planned(30), 22);
+  forecast.NextFrame();
+  forecast.NextFrame();
+  EXPECT_EQ(forecast.Planned(30), 30);  // a frame without paths at all tells nothing
+}
+
+TEST(StepForecastTest, AFrameOfSkyHasNoSteps) {
+  StepForecast forecast;
+  forecast.Used(0);
+  forecast.NextFrame();
+  EXPECT_EQ(forecast.Planned(30), 2);
+}
+
 }  // namespace
 }  // namespace stillray::render

@@ -78,7 +78,7 @@ void AddSample(uint number, bool is_first) {
 
 void main() {
   uint number = gl_GlobalInvocationID.x;
-  if (number < batch.count && IsInPicture(PixelOf(number))) {
+  if (number < batch.count && !IsStopped() && IsInPicture(PixelOf(number))) {
     AddSample(number, batch.phase == kPhaseFirstSample);
   }
 }

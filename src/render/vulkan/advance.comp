@@ -3,36 +3,74 @@
 #version 450
 
 // Between the steps: sets the dispatches and launches of the queues that a step has filled, and
-// clears the queues that have been processed.
+// clears the queues that have been processed. If paths are left after the last step that was
+// recorded, it empties all queues, so that later steps do nothing until paths resume.
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 1) in;
 
-void SetGroups(uint queue) {
-  queues[queue].groups_x = (queues[queue].count + kGroupSize - 1u) / kGroupSize;
+void SetCount(uint queue, uint count) {
+  queues[queue].count = count;
+  queues[queue].groups_x = (count + kGroupSize - 1u) / kGroupSize;
   queues[queue].groups_y = 1u;
   queues[queue].groups_z = 1u;
   queues[queue].rows = 1u;
   queues[queue].layers = 1u;
 }
 
-void main() {
-  if (batch.phase == kPhaseReset) {
-    for (uint i = 0u; i < kQueueCount; ++i) {
-      queues[i].count = 0u;
-    }
-    return;
+void CountStep() {
+  progress.steps += 1u;
+  counters.steps = max(counters.steps, progress.steps);
+}
+
+void Start() {
+  uint count = queues[kQueueActive].count;
+  SetCount(kQueueActive, count);
+  SetCount(kQueueShadow, 0u);
+  SetCount(kQueueShadow + 1u, 0u);
+  progress.steps = 0u;
+  if (count > 0u) {
+    CountStep();
   }
-  if (batch.phase == kPhaseStart) {
-    SetGroups(kQueueActive);
-    return;
-  }
-  uint done = batch.phase;
+}
+
+// Between shading and the rays of a step. \param done  the queue of this step
+void Step(uint done) {
   uint next = 1u - done;
-  SetGroups(kQueueActive + next);
-  SetGroups(kQueueShadow + done);
-  counters.bounce_rays += queues[kQueueActive + next].count;
-  counters.shadow_rays += queues[kQueueShadow + done].count;
-  queues[kQueueActive + done].count = 0u;
-  queues[kQueueShadow + next].count = 0u;
+  uint alive = queues[kQueueActive + next].count;
+  uint seeking = queues[kQueueShadow + done].count;
+  counters.bounce_rays += alive;
+  counters.shadow_rays += seeking;
+  if (alive > 0u) {
+    CountStep();
+  }
+  if (batch.phase >= kPhaseMayStop) {
+    if (batch.phase < kPhaseEnd && alive > 0u) {
+      progress.left = alive;
+      counters.left = alive;
+    } else {
+      counters.parts += 1u;
+    }
+    alive = 0u;
+  }
+  SetCount(kQueueActive + done, 0u);
+  SetCount(kQueueActive + next, alive);
+  SetCount(kQueueShadow + done, seeking);
+  SetCount(kQueueShadow + next, 0u);
+}
+
+void main() {
+  uint parity = batch.phase & 1u;
+  if (batch.phase >= kPhaseResume) {
+    SetCount(kQueueActive + parity, progress.left);
+    progress.left = 0u;
+  } else if (IsStopped()) {
+    for (uint i = 0u; i < kQueueCount; ++i) {
+      SetCount(i, 0u);
+    }
+  } else if (batch.phase == kPhaseStart) {
+    Start();
+  } else {
+    Step(parity);
+  }
 }

@@ -260,7 +260,7 @@ uint FindImages(uint number, uvec2 pixel) {
 void main() {
   uint number = ThreadNumber();
   uint traced = 0u;
-  if (number < batch.count) {
+  if (number < batch.count && !IsStopped()) {
     uvec2 pixel = PixelOf(number);
     if (IsInPicture(pixel)) {
       traced = FindImages(number, pixel);

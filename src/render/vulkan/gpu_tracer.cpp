@@ -53,7 +53,7 @@ ShaderCode CodeOf(size_t shader) {
   return codes[shader];
 }
 
-constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue);
+constexpr size_t kQueueBytes = kQueueCount * sizeof(GpuQueue) + sizeof(GpuProgress);
 
 bool LetsThrough(const Material& material) {
   return material.transmission > 0.0f || material.alpha_mode != AlphaMode::kOpaque;
@@ -304,7 +304,7 @@ Status GpuTracer::DispatchQueue(VkCommandBuffer commands, Shader shader, const G
   return Status::Ok();
 }
 
-void GpuTracer::RecordBegin(VkCommandBuffer commands, const GpuFrame& frame,
+void GpuTracer::RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, bool resumes,
                             gpu::Timestamps* times) {
   const gpu::DeviceContext& c = device_->context();
   times_ = times;
@@ -314,7 +314,8 @@ void GpuTracer::RecordBegin(VkCommandBuffer commands, const GpuFrame& frame,
   gpu::MemoryBarrier(c, commands, c.shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
                      VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT);
   c.vk.CmdUpdateBuffer(commands, buffers_[kFrame]->buffer, 0, sizeof(frame), &frame);
-  c.vk.CmdFillBuffer(commands, buffers_[kQueues]->buffer, 0, buffers_[kQueues]->size, 0);
+  const VkDeviceSize kept = resumes ? kQueueBytes : 0;
+  c.vk.CmdFillBuffer(commands, buffers_[kQueues]->buffer, kept, buffers_[kQueues]->size - kept, 0);
   gpu::MemoryBarrier(
       c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT, c.shader_stages,
       VK_ACCESS_UNIFORM_READ_BIT | VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT);
@@ -339,50 +340,77 @@ Status GpuTracer::RecordImages(VkCommandBuffer commands, const GpuBatch& batch) 
   return Status::Ok();
 }
 
-/// The paths of GpuBatch::part.
-Status GpuTracer::RecordPart(VkCommandBuffer commands, GpuBatch batch,
-                             const SampleOptions& options) {
+Status GpuTracer::RecordStart(VkCommandBuffer commands, GpuBatch batch, bool reference) {
   Mark(commands, kTimeGuides);
-  batch.phase = kPhaseReset;
-  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
-  Wait(commands);
-  STILLRAY_RETURN_IF_ERROR(
-      Dispatch(commands, options.reference ? kStartReference : kStartPaths, batch));
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, reference ? kStartReference : kStartPaths, batch));
   Wait(commands);
   batch.phase = kPhaseStart;
   STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
   Wait(commands);
-  for (int step = 0; step < options.steps; ++step) {
-    batch.phase = static_cast<uint32_t>(step % 2);
-    Mark(commands, kTimeShade);
-    STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kShade, batch, kQueueActive + batch.phase));
+  return Status::Ok();
+}
+
+/// The next hits of the paths that go on after the step of GpuBatch::phase.
+Status GpuTracer::RecordNextHits(VkCommandBuffer commands, const GpuBatch& batch) {
+  const uint32_t next = kQueueActive + 1 - batch.phase;
+  Mark(commands, kTimeBounces);
+  STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kTraceNext, batch, next));
+  if (accel_->scene().with_media()) {
     Wait(commands);
+    STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kCrossMedia, batch, next));
+  }
+  Wait(commands);
+  return Status::Ok();
+}
+
+/// Steps of the paths of GpuBatch::part from `first_step` on.
+Status GpuTracer::RecordPart(VkCommandBuffer commands, GpuBatch batch, const SampleOptions& options,
+                             int first_step) {
+  for (int step = first_step; step < options.steps; ++step) {
+    const auto parity = static_cast<uint32_t>(step % 2);
+    const bool is_last = step + 1 == options.steps;
+    const uint32_t end = !is_last                             ? 0
+                         : options.steps < options.most_steps ? kPhaseMayStop
+                                                              : kPhaseEnd;
+    batch.phase = parity;
+    Mark(commands, kTimeShade);
+    STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kShade, batch, kQueueActive + parity));
+    Wait(commands);
+    batch.phase = parity + end;
     STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
     Wait(commands);
+    batch.phase = parity;
     Mark(commands, kTimeShadows);
-    STILLRAY_RETURN_IF_ERROR(
-        DispatchQueue(commands, kTraceShadows, batch, kQueueShadow + batch.phase));
-    Mark(commands, kTimeBounces);
-    if (step + 1 < options.steps) {
-      STILLRAY_RETURN_IF_ERROR(
-          DispatchQueue(commands, kTraceNext, batch, kQueueActive + 1 - batch.phase));
-      if (accel_->scene().with_media()) {
-        Wait(commands);
-        STILLRAY_RETURN_IF_ERROR(
-            DispatchQueue(commands, kCrossMedia, batch, kQueueActive + 1 - batch.phase));
-      }
+    STILLRAY_RETURN_IF_ERROR(DispatchQueue(commands, kTraceShadows, batch, kQueueShadow + parity));
+    if (is_last) {
+      Wait(commands);
+    } else {
+      STILLRAY_RETURN_IF_ERROR(RecordNextHits(commands, batch));
     }
-    Wait(commands);
   }
   return Status::Ok();
+}
+
+/// Goes on with the paths that were left after `steps`.
+Status GpuTracer::RecordResumption(VkCommandBuffer commands, GpuBatch batch, int steps) {
+  const auto parity = static_cast<uint32_t>(steps % 2);
+  batch.phase = kPhaseResume + parity;
+  STILLRAY_RETURN_IF_ERROR(Dispatch(commands, kAdvance, batch));
+  Wait(commands);
+  batch.phase = 1 - parity;
+  return RecordNextHits(commands, batch);
 }
 
 Status GpuTracer::RecordSample(VkCommandBuffer commands, const GpuBatch& batch,
                                const SampleOptions& options) {
   GpuBatch of_part = batch;
   const uint32_t parts = options.separates ? 2 : 1;
-  for (of_part.part = 0; of_part.part < parts; ++of_part.part) {
-    STILLRAY_RETURN_IF_ERROR(RecordPart(commands, of_part, options));
+  const auto resumed = static_cast<uint32_t>(options.resumed_part);
+  for (of_part.part = resumed; of_part.part < parts; ++of_part.part) {
+    const int done = of_part.part == resumed ? options.resumed_steps : 0;
+    STILLRAY_RETURN_IF_ERROR(done > 0 ? RecordResumption(commands, of_part, done)
+                                      : RecordStart(commands, of_part, options.reference));
+    STILLRAY_RETURN_IF_ERROR(RecordPart(commands, of_part, options, done));
   }
   Mark(commands, kTimeShade);
   of_part.phase = options.first ? kPhaseFirstSample : kPhaseNextSample;

@@ -70,7 +70,9 @@ class GpuTracer {
 
   /// Begins a submission with the state common to its batches. Earlier commands must have finished.
   /// RecordNextBatch is called between two batches.
-  void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, gpu::Timestamps* times);
+  /// \param resumes  the first batch is that whose paths the last submission has left
+  void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, bool resumes,
+                   gpu::Timestamps* times);
   /// What follows overwrites the buffers of the batch before, whose results have been stored.
   void RecordNextBatch(VkCommandBuffer commands) const { Wait(commands); }
   /// Rasterises the visible triangles, for the batches of a frame with `rasterised`.
@@ -82,7 +84,12 @@ class GpuTracer {
   Status RecordImages(VkCommandBuffer commands, const GpuBatch& batch);
   /// How RecordSample traces.
   struct SampleOptions {
-    int steps = 0;           ///< maximum number for a path (MostSteps)
+    /// Number to record, at least 1. If a path has more, counters().left is above 0: then nothing
+    /// later in the submission was done, and the next one resumes these paths.
+    int steps = 0;
+    int most_steps = 0;      ///< that a path may have (MostSteps)
+    int resumed_steps = 0;   ///< 0: the sample begins; else paths are left after so many
+    int resumed_part = 0;    ///< of the sample; those before are finished
     bool first = false;      ///< starts new sums with this sample
     bool reference = false;  ///< needs no guides
     bool separates = false;  ///< GpuFrame::signal_count is kAllSignals
@@ -176,7 +183,11 @@ class GpuTracer {
   Result<std::vector<VkDescriptorSetLayout>> Layouts();
   Status MakeHardwarePipelines();
   void BindHardware(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) const;
-  Status RecordPart(VkCommandBuffer commands, GpuBatch batch, const SampleOptions& options);
+  Status RecordStart(VkCommandBuffer commands, GpuBatch batch, bool reference);
+  Status RecordPart(VkCommandBuffer commands, GpuBatch batch, const SampleOptions& options,
+                    int first_step);
+  Status RecordResumption(VkCommandBuffer commands, GpuBatch batch, int steps);
+  Status RecordNextHits(VkCommandBuffer commands, const GpuBatch& batch);
   Status Bind(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch);
   Status DispatchQueue(VkCommandBuffer commands, Shader shader, const GpuBatch& batch,

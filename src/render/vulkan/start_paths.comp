@@ -120,7 +120,7 @@ void main() {
   uint number = gl_GlobalInvocationID.x;
   uint traced = 0u;
   bool starts = false;
-  if (number < batch.count) {
+  if (number < batch.count && !IsStopped()) {
     uvec2 pixel = PixelOf(number);
     if (IsInPicture(pixel)) {
       starts = Start(number, pixel, traced);

@@ -16,4 +16,18 @@ void SubmissionPace::Adapt(double paths, double milliseconds, double most) {
   paths_ = std::min(paths_, most);
 }
 
+int StepForecast::Planned(int most) const {
+  const int known = std::max(before_, now_);
+  return known == kUnknown ? most : std::min(most, known + kSpareSteps);
+}
+
+void StepForecast::Used(int steps) {
+  now_ = std::max(now_, steps);
+}
+
+void StepForecast::NextFrame() {
+  before_ = now_;
+  now_ = kUnknown;
+}
+
 }  // namespace stillray::render

@@ -32,4 +32,23 @@ class SubmissionPace {
   double paths_ = kFirstPaths;
 };
 
+/// How many steps of paths to record. Glass and cut-outs allow paths of many more than most frames
+/// have, and steps without paths cost dispatches and barriers.
+class StepForecast {
+ public:
+  /// Of at most `most`: those of this frame so far and of the last one, and a few more, since the
+  /// longest path of a frame varies; all of them if nothing is known.
+  int Planned(int most) const;
+  /// The longest path of a submission had so many.
+  void Used(int steps);
+  void NextFrame();
+
+  static constexpr int kSpareSteps = 2;
+
+ private:
+  static constexpr int kUnknown = -1;
+  int before_ = kUnknown;
+  int now_ = kUnknown;
+};
+
 }  // namespace stillray::render

@@ -27,6 +27,7 @@ layout(std430, set = 2, binding = 5) buffer Lists {
 };
 layout(std430, set = 2, binding = 6) buffer Queues {
   GpuQueue queues[kQueueCount];
+  GpuProgress progress;
   GpuCounters counters;
 };
 layout(std430, set = 2, binding = 7) buffer Guides {
@@ -65,6 +66,11 @@ layout(push_constant) uniform Push {
 };
 
 #include "render/vulkan/batch.glsl"
+
+// Paths of an earlier part are left: a later submission does the rest, including this.
+bool IsStopped() {
+  return progress.left > 0u;
+}
 
 bool IsInPicture(uvec2 pixel) {
   return pixel.x < frame.width && pixel.y < frame.height;

@@ -143,6 +143,12 @@ const uint kQueueShadow = 2u;
 const uint kQueueCount = 4u;
 const uint kGroupSize = 64u;
 
+// Of the paths, from one submission to the next.
+struct GpuProgress {
+  uint left;   // paths after the last step that was recorded: nothing else advances before these
+  uint steps;  // of the current part of a sample so far
+};
+
 // Of a submission.
 struct GpuCounters {
   uint primary_rays;
@@ -150,6 +156,9 @@ struct GpuCounters {
   uint shadow_rays;
   uint dropped;  // contributions that were not finite or negative
   uint image_rays;
+  uint parts;  // of samples (GpuBatch::part) that were finished
+  uint steps;  // most steps of any part
+  uint left;   // GpuProgress::left
 };
 
 // These replace the instance in the hit of a pixel's camera ray if it passes transparent surfaces:
@@ -157,9 +166,13 @@ struct GpuCounters {
 const uint kSeveralLayers = 0xfffffffeu;
 const uint kLayerBeforeSky = 0xfffffffdu;
 
-// Values of GpuBatch::phase. In steps, the current one of the two queues 0 and 1.
-const uint kPhaseReset = 2u;  // before the paths start
-const uint kPhaseStart = 3u;  // after they have started
+// Values of GpuBatch::phase. In steps, the current one of the two queues 0 and 1. Between the steps
+// that plus
+const uint kPhaseMayStop = 4u;  // in the last step recorded: paths may be left
+const uint kPhaseEnd = 8u;      // in the last step that a path may have
+const uint kPhaseResume = 16u;  // where paths were left, of the queue that has them
+// or
+const uint kPhaseStart = 2u;  // after paths have started
 // Of summing samples.
 const uint kPhaseFirstSample = 0u;
 const uint kPhaseNextSample = 1u;

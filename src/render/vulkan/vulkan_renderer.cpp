@@ -3,6 +3,7 @@
 #include "render/vulkan/vulkan_renderer.h"
 
 #include <algorithm>
+#include <iterator>
 #include <new>
 #include <utility>
 #include <vector>
@@ -49,6 +50,10 @@ struct BatchWork {
   BatchPlan plan;
   int done = 0;
   int samples = 0;
+  // Above 0: goes on where a submission has left paths of the first of the samples, after so many
+  // steps of this part.
+  int resumed_steps = 0;
+  int resumed_part = 0;
 
   bool is_last() const { return done + samples == plan.samples; }
   int steps() const { return std::max(samples, 1); }  // guides alone count like a sample
@@ -107,8 +112,11 @@ class VulkanRenderer final : public Renderer {
   void SelectSample(uint64_t sample, GpuBatch* batch) const;
   int MostPaths() const;
   GpuTracer::Results ResultsAfter(const BatchWork& work) const;
-  Status Record(VkCommandBuffer commands, const BatchWork& work);
-  Status Submit(const std::vector<BatchWork>& works);
+  Status Record(VkCommandBuffer commands, const BatchWork& work, int steps);
+  int MostSteps() const { return render::MostSteps(state_.scene(), settings_.bounces); }
+  int PartsOfSamples() const { return frame_.signal_count == kAllSignals ? 2 : 1; }
+  Status Submit(const std::vector<BatchWork>& works, int steps);
+  std::vector<BatchWork> WorkLeft(const std::vector<BatchWork>& works, int steps) const;
   void ReadTimes();
   Status BeginFrame(const RenderMoment& moment, Frame* frame);
   Status RenderWhole(const RenderMoment& moment, Frame* frame, const RenderProgress& progress);
@@ -138,6 +146,7 @@ class VulkanRenderer final : public Renderer {
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
   SubmissionPace pace_;
+  StepForecast forecast_;
   std::vector<BatchWork> pending_;  // of the next submission
   RenderTimings timings_;
   SparseFrameWriter sparse_;
@@ -206,6 +215,7 @@ Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   }
   timings_ = RenderTimings();
   pending_.clear();  // of a frame that failed
+  forecast_.NextFrame();
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
   STILLRAY_RETURN_IF_ERROR(CheckPlaces(state_, moment));
@@ -270,6 +280,9 @@ void VulkanRenderer::ReadTimes() {
   timings_.image_rays += counters.image_rays;
   timings_.shadow_rays += counters.shadow_rays;
   timings_.dropped += counters.dropped;
+  if (counters.parts + counters.left > 0) {
+    forecast_.Used(static_cast<int>(counters.steps));
+  }
 }
 
 void VulkanRenderer::SelectSample(uint64_t sample, GpuBatch* batch) const {
@@ -289,29 +302,33 @@ GpuTracer::Results VulkanRenderer::ResultsAfter(const BatchWork& work) const {
           .signals = frame_.signal_count};
 }
 
-Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work) {
+Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work, int steps) {
   const BatchPlan& plan = work.plan;
   GpuBatch batch = work.batch;
   // With a lens each sample has its own guides.
   SelectSample(plan.first_sample + static_cast<uint64_t>(work.done), &batch);
-  if (plan.guides && work.done == 0) {
+  const bool begins = work.done == 0 && work.resumed_steps == 0;
+  if (plan.guides && begins) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(commands, batch));
   }
-  if (plan.images.any() && work.done == 0) {
+  if (plan.images.any() && begins) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(commands, batch));
   }
-  const int steps = MostSteps(state_.scene(), settings_.bounces);
   for (int s = work.done; s < work.done + work.samples; ++s) {
+    const bool resumes = s == work.done && work.resumed_steps > 0;
     SelectSample(plan.first_sample + static_cast<uint64_t>(s), &batch);
-    if (plan.guides && s > 0 && frame_.view.lens_radius > 0.0f) {
+    if (plan.guides && s > 0 && !resumes && frame_.view.lens_radius > 0.0f) {
       STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(commands, batch));
     }
     STILLRAY_RETURN_IF_ERROR(
         tracer()->RecordSample(commands, batch,
                                {.steps = steps,
+                                .most_steps = MostSteps(),
+                                .resumed_steps = resumes ? work.resumed_steps : 0,
+                                .resumed_part = resumes ? work.resumed_part : 0,
                                 .first = s == 0,
                                 .reference = plan.reference,
-                                .separates = frame_.signal_count == kAllSignals}));
+                                .separates = PartsOfSamples() > 1}));
   }
   if (device_store_.active() && work.is_last()) {
     STILLRAY_RETURN_IF_ERROR(device_store_.Record(commands, tracer(), accel_->device_instances(),
@@ -321,7 +338,7 @@ Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work) {
 }
 
 /// One after another; the results of the last one may go to the host.
-Status VulkanRenderer::Submit(const std::vector<BatchWork>& works) {
+Status VulkanRenderer::Submit(const std::vector<BatchWork>& works, int steps) {
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
   STILLRAY_RETURN_IF_ERROR(commands.status());
@@ -331,7 +348,8 @@ Status VulkanRenderer::Submit(const std::vector<BatchWork>& works) {
   if (lights_moved_) {
     gpu_lights_->RecordUpdate(*commands);
   }
-  tracer()->RecordBegin(*commands, frame_, device_->has_timestamps() ? &times_ : nullptr);
+  const bool resumes = works.front().resumed_steps > 0;
+  tracer()->RecordBegin(*commands, frame_, resumes, device_->has_timestamps() ? &times_ : nullptr);
   if (frame_.rasterised != 0 && !visible_) {
     tracer()->RecordVisibility(*commands, frame_);
   }
@@ -340,15 +358,17 @@ Status VulkanRenderer::Submit(const std::vector<BatchWork>& works) {
     if (paths > 0) {
       tracer()->RecordNextBatch(*commands);
     }
-    STILLRAY_RETURN_IF_ERROR(Record(*commands, work));
+    STILLRAY_RETURN_IF_ERROR(Record(*commands, work, steps));
     paths += work.paths();
   }
   tracer()->RecordEnd(*commands, works.back().batch,
                       device_store_.active() ? GpuTracer::Results() : ResultsAfter(works.back()));
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
-  pace_.Adapt(paths, MillisecondsSince(start),
-              static_cast<double>(tracer()->capacity()) * kMostSamples);
+  if (!resumes) {  // else most of the work was done before
+    pace_.Adapt(paths, MillisecondsSince(start),
+                static_cast<double>(tracer()->capacity()) * kMostSamples);
+  }
   accel_moved_ = false;
   lights_moved_ = false;
   visible_ = frame_.rasterised != 0;
@@ -388,12 +408,34 @@ Status VulkanRenderer::Add(const BatchWork& work, ProgressMeter* meter) {
   return to_host || pace_.IsEnough(paths + work.paths()) ? Flush(meter) : Status::Ok();
 }
 
+/// What the last submission, of these works with so many steps for each path, did not do.
+std::vector<BatchWork> VulkanRenderer::WorkLeft(const std::vector<BatchWork>& works,
+                                                int steps) const {
+  const int parts = PartsOfSamples();
+  auto finished = static_cast<int>(tracer()->counters().parts);
+  auto stopped = works.begin();
+  while (std::next(stopped) != works.end() && finished >= stopped->samples * parts) {
+    finished -= stopped->samples * parts;
+    ++stopped;
+  }
+  std::vector<BatchWork> left(stopped, works.end());
+  left.front().done += finished / parts;
+  left.front().samples -= finished / parts;
+  left.front().resumed_part = finished % parts;
+  left.front().resumed_steps = steps;
+  return left;
+}
+
 Status VulkanRenderer::Flush(ProgressMeter* meter) {
   if (pending_.empty()) {
     return Status::Ok();
   }
   const std::vector<BatchWork> works = std::exchange(pending_, {});
-  STILLRAY_RETURN_IF_ERROR(Submit(works));
+  const int steps = forecast_.Planned(MostSteps());
+  STILLRAY_RETURN_IF_ERROR(Submit(works, steps));
+  if (tracer()->counters().left > 0) {
+    STILLRAY_RETURN_IF_ERROR(Submit(WorkLeft(works, steps), MostSteps()));
+  }
   for (const BatchWork& work : works) {
     meter->Finish(work.paths());
   }
