@@ -294,8 +294,8 @@ TEST_F(GpuSubmissionsTest, StepsWithoutPathsAreNotRecorded) {
   pane.Add(Quad(vec3(-9, -1, 0), vec3(18, 0, 0), vec3(0, 0, -18)), Lambert(vec3(0.5f)));
   // Guides, the start of the paths, and what stores guides and light; cornell may turn, and has
   // previous normals too.
-  constexpr int kOther = 8;
-  constexpr int kOtherBarriers = 13;
+  constexpr int kOther = 7;
+  constexpr int kOtherBarriers = 12;
   RenderSettings settings = SmallSettings(40, 30, 1);
   settings.bounces = 3;
   settings.on_device = true;

@@ -35,7 +35,7 @@ uint Cross(uint number, PathState path) {
     path.throughput = vec3(0.0f);
     hit.instance = kNoInstance;
   }
-  paths[number] = path;
+  StorePath(number, path, false);
   rays[number] = ray;
   hits[number] = hit;
   return traced;
@@ -47,7 +47,7 @@ void main() {
   uint traced = 0u;
   if (place < queues[kQueueActive + next].count) {
     uint number = lists[ListStart(next) + place];
-    PathState path = paths[number];
+    PathState path = LoadPath(number);
     if (IsInScatteringMedium(path)) {
       traced = Cross(number, path);
     }

@@ -225,7 +225,7 @@ Status DeviceStore::StoreImages(VkCommandBuffer commands, const GpuTracer& trace
 }
 
 Status DeviceStore::StoreLight(VkCommandBuffer commands, const GpuTracer& tracer,
-                               const GpuBatch& batch) {
+                               const gpu::Buffer& sums, const GpuBatch& batch) {
   const gpu::FrameImages& i = target_->images();
   for (uint32_t first = 0; first < target_->lights().size(); first += kSignalPair) {
     std::vector<const gpu::Image*> images = {i.lights[first], i.lights[first + 1]};
@@ -240,8 +240,7 @@ Status DeviceStore::StoreLight(VkCommandBuffer commands, const GpuTracer& tracer
     }
     STILLRAY_RETURN_IF_ERROR(
         Run(commands, shader, std::move(images),
-            {.buffers = {&tracer.device_sums(), &tracer.device_listed()}, .first_signal = first},
-            batch));
+            {.buffers = {&sums, &tracer.device_listed()}, .first_signal = first}, batch));
   }
   return Status::Ok();
 }
@@ -259,7 +258,7 @@ Status DeviceStore::Record(VkCommandBuffer commands, GpuTracer* tracer,
   }
   STILLRAY_RETURN_IF_ERROR(StoreImages(commands, *tracer, batch, stored.images));
   if (stored.sums) {
-    STILLRAY_RETURN_IF_ERROR(StoreLight(commands, *tracer, batch));
+    STILLRAY_RETURN_IF_ERROR(StoreLight(commands, *tracer, tracer->device_sums(stored), batch));
   }
   target_->RecordEnd(commands);
   return Status::Ok();

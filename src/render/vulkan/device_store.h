@@ -58,7 +58,8 @@ class DeviceStore {
                      const gpu::Buffer& instances, const GpuBatch& batch);
   Status StoreImages(VkCommandBuffer commands, const GpuTracer& tracer, const GpuBatch& batch,
                      const ImageKinds& kinds);
-  Status StoreLight(VkCommandBuffer commands, const GpuTracer& tracer, const GpuBatch& batch);
+  Status StoreLight(VkCommandBuffer commands, const GpuTracer& tracer, const gpu::Buffer& sums,
+                    const GpuBatch& batch);
   /// What a shader reads of the results.
   struct Source {
     std::initializer_list<const gpu::Buffer*> buffers;

@@ -86,7 +86,8 @@ Status GpuTracer::CheckLimits() const {
 std::array<size_t, GpuTracer::kBindingCount> GpuTracer::RecordBytes(const TracerParts& parts) {
   const size_t signals = parts.separates ? kAllSignals : kSurfaceSignals;
   std::array<size_t, kBindingCount> bytes = {};
-  bytes[kPaths] = sizeof(PathState);
+  bytes[kPaths] = sizeof(GpuPath);
+  bytes[kPathParts] = sizeof(GpuPathParts);
   bytes[kRays] = sizeof(GpuRay);
   bytes[kHits] = sizeof(GpuHit);
   bytes[kShadows] = sizeof(GpuShadow);
@@ -142,6 +143,7 @@ Status GpuTracer::AddBuffers() {
       {kSums},
       {kLensSums},
       {kImages},
+      {kPathParts},
   };
   constexpr size_t kUnused = std::max(sizeof(LensGuides), 2 * sizeof(GpuImage));
   for (const Want& want : wants) {
@@ -412,6 +414,9 @@ Status GpuTracer::RecordSample(VkCommandBuffer commands, const GpuBatch& batch,
                                       : RecordStart(commands, of_part, options.reference));
     STILLRAY_RETURN_IF_ERROR(RecordPart(commands, of_part, options, done));
   }
+  if (options.single) {
+    return Status::Ok();
+  }
   Mark(commands, kTimeShade);
   of_part.phase = options.first ? kPhaseFirstSample : kPhaseNextSample;
   STILLRAY_RETURN_IF_ERROR(
@@ -444,7 +449,8 @@ void GpuTracer::RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const
     copy(buffers_[kImages], host_images_, {refractions, refractions, of_images});
   }
   if (copied.sums) {
-    copy(buffers_[kSums], host_sums_, {0, 0, batch.count * copied.signals * sizeof(GpuSignal)});
+    copy(&device_sums(copied), host_sums_,
+         {0, 0, batch.count * copied.signals * sizeof(GpuSignal)});
   }
   copy(buffers_[kQueues], host_counters_, {kQueueBytes, 0, sizeof(GpuCounters)});
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT, VK_ACCESS_TRANSFER_WRITE_BIT,

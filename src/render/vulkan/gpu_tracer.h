@@ -91,6 +91,7 @@ class GpuTracer {
     int resumed_steps = 0;   ///< 0: the sample begins; else paths are left after so many
     int resumed_part = 0;    ///< of the sample; those before are finished
     bool first = false;      ///< starts new sums with this sample
+    bool single = false;     ///< the only one, without a lens: it is not added to sums
     bool reference = false;  ///< needs no guides
     bool separates = false;  ///< GpuFrame::signal_count is kAllSignals
   };
@@ -104,6 +105,7 @@ class GpuTracer {
     bool guides = false;
     ImageKinds images;
     bool sums = false;
+    bool single = false;  ///< the sums are the light of a sample that was not added (SampleOptions)
     uint32_t signals = kSurfaceSignals;  ///< GpuFrame::signal_count
   };
   /// Copies results of the last batch (only if parts() have them on the host) and the counters of
@@ -127,10 +129,12 @@ class GpuTracer {
   /// results.
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
   const gpu::Buffer& device_images() const { return *buffers_[kImages]; }
-  const gpu::Buffer& device_sums() const { return *buffers_[kSums]; }
+  const gpu::Buffer& device_sums(const Results& of) const {
+    return *buffers_[of.single ? kLightOfSamples : kSums];
+  }
   const gpu::Buffer& device_listed() const { return *listed_; }
 
-  static constexpr gpu::SetShape kShape = {0, 0, 1, 14};
+  static constexpr gpu::SetShape kShape = {0, 0, 1, 15};
 
  private:
   /// Bindings of trace.glsl.
@@ -150,6 +154,7 @@ class GpuTracer {
     kVisible,
     kLensSums,
     kImages,
+    kPathParts,
     kBindingCount
   };
   enum Shader : size_t {

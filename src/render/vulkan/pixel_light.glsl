@@ -8,6 +8,9 @@ void AddSignal(uint number, int kind, vec3 light) {
     atomicAdd(counters.dropped, 1u);
     return;
   }
+  if (light == vec3(0.0f)) {
+    return;  // no lobe of this kind
+  }
   sample_lights[FirstSignal(number) + uint(kind)].light += light;
 }
 

@@ -100,9 +100,10 @@ float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, inout v
   return TotalOf(choices);
 }
 
-void Continue(uint number, PathState path, vec3 origin, vec3 direction) {
+// \param was_first  it has scattered for the first time
+void Continue(uint number, PathState path, bool was_first, vec3 origin, vec3 direction) {
   path.step += 1;
-  paths[number] = path;
+  StorePath(number, path, was_first);
   rays[number] = GpuRay(origin, kInfinity, direction, 0u);
 }
 
@@ -115,7 +116,8 @@ bool PassOn(uint number, PathState path, GpuInstance instance, GpuHit hit, vec3 
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
   vec3 point = t.p0 * weight.x + t.p1 * weight.y + t.p2 * weight.z;
-  Continue(number, path, OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction), direction);
+  Continue(number, path, false, OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction),
+           direction);
   return true;
 }
 
@@ -146,13 +148,13 @@ bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 dir
       !LightMayBeMet(at.position, onward)) {
     return false;
   }
-  Continue(number, path, OriginOf(at, onward), onward);
+  Continue(number, path, was_first, OriginOf(at, onward), onward);
   return true;
 }
 
 bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   seeks = false;
-  PathState path = paths[number];
+  PathState path = LoadPath(number);
   GpuHit hit = hits[number];
   vec3 direction = rays[number].direction;
   if (path.first == 0) {

@@ -76,7 +76,7 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
 #ifdef STILLRAY_REFERENCE
   bool separates = false;
 #else
-  bool separates = SeparatesTransmission(guides[number]);
+  bool separates = frame.signal_count > kSurfaceSignals && SeparatesTransmission(guides[number]);
 #endif
   if (batch.part == 0u) {
     for (uint k = 0u; k < frame.signal_count; ++k) {
@@ -110,7 +110,7 @@ bool Start(uint number, uvec2 pixel, out uint traced) {
     StartPart(path, int(batch.part), layered, weight);
   }
 #endif
-  paths[number] = path;
+  StorePath(number, path, false);
   rays[number] = GpuRay(view.position, kInfinity, direction, 0u);
   hits[number] = hit;
   return true;

@@ -10,7 +10,7 @@ layout(std140, set = 2, binding = 0) uniform FrameBlock {
   GpuFrame frame;
 };
 layout(std430, set = 2, binding = 1) buffer Paths {
-  PathState paths[];
+  GpuPath paths[];
 };
 layout(std430, set = 2, binding = 2) buffer Rays {
   GpuRay rays[];
@@ -59,6 +59,10 @@ layout(std430, set = 2, binding = 13) buffer LensSums {
 // refractions.
 layout(std430, set = 2, binding = 14) buffer Images {
   GpuImage images[];
+};
+
+layout(std430, set = 2, binding = 15) buffer PathRests {
+  GpuPathParts path_parts[];
 };
 
 layout(push_constant) uniform Push {

@@ -113,6 +113,32 @@ struct GpuSignal {
   float square;
 };
 
+// PathState between the steps: what each of them needs and changes,
+struct GpuPath {
+  vec3 throughput;
+  float density;
+  vec3 origin;
+  float light_total;
+  vec3 normal;
+  float roughest;
+  uint counts;  // from the lowest bit: step (16), bounces (16)
+  uint state;   // free_events (8), first (8), light (8), 1: has a medium
+  uint seed;
+  uint unused_0;
+};
+
+// and the rest: weights that are written once, and the medium of paths that are in one.
+struct GpuPathParts {
+  vec3 diffuse;
+  float unused_0;
+  vec3 specular;
+  float unused_1;
+  vec3 extinction;
+  int collisions;
+  vec3 scatter_albedo;
+  float scatter_anisotropy;
+};
+
 // Light that is added if its shadow ray is unoccluded.
 struct GpuShadow {
   vec3 origin;
@@ -183,7 +209,9 @@ STILLRAY_RENDER_END
 namespace stillray::render {
 static_assert(sizeof(GpuFrame) == 256);
 static_assert(sizeof(LensGuides) == 112);
-static_assert(sizeof(PathState) == 128);
+static_assert(sizeof(GpuPath) == 64);
+static_assert(sizeof(GpuPathParts) == 64);
+static_assert(kMaxFreeEvents + 1 < 256);
 static_assert(sizeof(GpuGuides) == 112);
 static_assert(sizeof(GpuImage) == 48);
 static_assert(sizeof(GpuSignal) == 16);

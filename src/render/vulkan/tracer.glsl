@@ -11,3 +11,4 @@
 #include "render/light_candidates_shared.h"
 #include "render/sampler_shared.h"
 #include "render/vulkan/trace.glsl"
+#include "render/vulkan/path_state.glsl"

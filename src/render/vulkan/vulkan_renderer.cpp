@@ -111,6 +111,11 @@ class VulkanRenderer final : public Renderer {
   Status Flush(ProgressMeter* meter);
   void SelectSample(uint64_t sample, GpuBatch* batch) const;
   int MostPaths() const;
+  /// The sums of the plan's samples are the light of its only one. Through a lens the sums have
+  /// guides too, and those of references their rounding errors.
+  bool HasSingleSample(const BatchPlan& plan) const {
+    return plan.samples == 1 && !plan.reference && frame_.view.lens_radius <= 0.0f;
+  }
   GpuTracer::Results ResultsAfter(const BatchWork& work) const;
   Status Record(VkCommandBuffer commands, const BatchWork& work, int steps);
   int MostSteps() const { return render::MostSteps(state_.scene(), settings_.bounces); }
@@ -299,6 +304,7 @@ GpuTracer::Results VulkanRenderer::ResultsAfter(const BatchWork& work) const {
   return {.guides = work.plan.guides,
           .images = work.plan.images,
           .sums = work.plan.samples > 0,
+          .single = HasSingleSample(work.plan),
           .signals = frame_.signal_count};
 }
 
@@ -327,6 +333,7 @@ Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work, i
                                 .resumed_steps = resumes ? work.resumed_steps : 0,
                                 .resumed_part = resumes ? work.resumed_part : 0,
                                 .first = s == 0,
+                                .single = HasSingleSample(plan),
                                 .reference = plan.reference,
                                 .separates = PartsOfSamples() > 1}));
   }
