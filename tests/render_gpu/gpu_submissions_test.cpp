@@ -266,17 +266,22 @@ TEST_F(GpuSubmissionsTest, PathsLongerThanThoseOfTheLastFrameAreResumed) {
   }
 }
 
-// Likewise, with the validation layer.
+// Likewise, with the validation layer, and in hardware where there is any.
 TEST_F(GpuSubmissionsTest, ResumingIsValid) {
   const Scene scene = GlassSlabs();
   RenderSettings settings = SmallSettings(24, 16, 2);
   settings.bounces = 1;
   settings.on_device = true;
-  const VulkanRenderOptions options = {.submission_ms = kAnyTime, .most_pixels = 256};
-  const std::unique_ptr<Renderer> renderer = Create(scene, settings, options);
-  Render(MomentOf(1, 3), renderer.get());
-  const Frame found = Render(MomentOf(0, 4), renderer.get());
-  ExpectSame(found, Render(MomentOf(0, 4), Create(scene, settings, options).get()));
+  for (const TracingWay way : {TracingWay::kCompute, TracingWay::kHardware}) {
+    if (way == TracingWay::kHardware && !device_->context().ray_tracing.offered) {
+      continue;
+    }
+    const VulkanRenderOptions options = {.way = way, .submission_ms = kAnyTime, .most_pixels = 256};
+    const std::unique_ptr<Renderer> renderer = Create(scene, settings, options);
+    Render(MomentOf(1, 3), renderer.get());
+    const Frame found = Render(MomentOf(0, 4), renderer.get());
+    ExpectSame(found, Render(MomentOf(0, 4), Create(scene, settings, options).get()));
+  }
 }
 
 // Commands of frames of one sample that stay on the device: 4 dispatches for a step, 3 for the last
@@ -331,6 +336,7 @@ TEST_F(GpuSubmissionsTest, FreeMemoryIsAPartOfTheDevices) {
   const uint64_t free = gpu::FreeMemory(*device_);
   EXPECT_GT(free, uint64_t{1} << 24);
   EXPECT_LE(free, device_->info().memory_bytes);
+  RecordProperty("megabytes", static_cast<int>(free >> 20));
 }
 
 }  // namespace
