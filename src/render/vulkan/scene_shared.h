@@ -15,9 +15,9 @@
 STILLRAY_RENDER_BEGIN
 
 // Four children with boxes on a grid of 8 bits per axis: 64 bytes, one cache line of every GPU,
-// read as four vectors. A child's box spans origin + low * scale to origin + high * scale, in float
-// arithmetic as written, and contains the subtree; scale is a power of two per axis, stored as the
-// exponent byte of a float (x lowest). Byte i of low_x is child i's.
+// read as four vectors. A child's box spans origin + low * scale to origin + high * scale, and
+// contains the subtree, also in float arithmetic as written; scale is a power of two per axis,
+// stored as the exponent byte of a float (x lowest). Byte i of low_x is child i's.
 struct BvhNode {
   vec3 origin;
   uint exponents;

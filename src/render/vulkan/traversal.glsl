@@ -4,46 +4,9 @@
 // Traversal of the two-level BVH. Needs scene.glsl and material_lookup.glsl.
 //
 // Watertight: no ray passes between triangles that share an edge or a vertex (triangle_test.glsl),
-// and exits of boxes are conservative (Ize 2013, "Robust BVH Ray Traversal").
+// and none passes the box of one that it meets (box_test_shared.h).
+#include "render/vulkan/box_test_shared.h"
 #include "render/vulkan/triangle_test.glsl"
-
-// Moves exits outwards by the rounding of a difference, a product and a reciprocal of up to 2.5
-// units in the last place (the limit of Vulkan), on either side.
-const float kExitScale = 1.0f + 16.0f * 1.1920929e-7f;
-
-vec4 Bytes(uint packed) {
-  return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u);
-}
-
-// Larger than the bits of any distance.
-const uint kMissed = 0xffffffffu;
-
-// Distances, as bits, at which the ray enters the boxes of the node's children; kMissed: not before
-// `end`.
-uvec4 EnterChildren(BvhNode node, Walk walk, float end) {
-  vec3 scale = uintBitsToFloat(
-      (uvec3(node.exponents, node.exponents >> 8, node.exponents >> 16) & 255u) << 23);
-  // As computed here, each plane lies outside of the box's content: the builder ensures it.
-  precise vec4 low_x = node.origin.x + Bytes(node.low_x) * scale.x;
-  precise vec4 low_y = node.origin.y + Bytes(node.low_y) * scale.y;
-  precise vec4 low_z = node.origin.z + Bytes(node.low_z) * scale.z;
-  precise vec4 high_x = node.origin.x + Bytes(node.high_x) * scale.x;
-  precise vec4 high_y = node.origin.y + Bytes(node.high_y) * scale.y;
-  precise vec4 high_z = node.origin.z + Bytes(node.high_z) * scale.z;
-  precise vec4 x0 = (low_x - walk.origin.x) * walk.inverse.x;
-  precise vec4 x1 = (high_x - walk.origin.x) * walk.inverse.x;
-  precise vec4 y0 = (low_y - walk.origin.y) * walk.inverse.y;
-  precise vec4 y1 = (high_y - walk.origin.y) * walk.inverse.y;
-  precise vec4 z0 = (low_z - walk.origin.z) * walk.inverse.z;
-  precise vec4 z1 = (high_z - walk.origin.z) * walk.inverse.z;
-  vec4 enter = max(max(min(x0, x1), min(y0, y1)), max(min(z0, z1), vec4(0.0f)));
-  vec4 leave = min(min(max(x0, x1), max(y0, y1)), min(max(z0, z1), vec4(end)));
-  // abs: -0, for a ray that starts inside, must become 0.
-  uvec4 bits = floatBitsToUint(abs(enter));
-  return mix(uvec4(kMissed), bits,
-             bvec4(uvec4(lessThanEqual(enter, leave * kExitScale)) *
-                   uvec4(notEqual(node.children, uvec4(0u)))));
-}
 
 // Of two hits at the same distance the one with the smaller indices counts, so that the hit does
 // not depend on the order of traversal.
@@ -78,7 +41,7 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
   bool walking = true;
   while (walking) {
     BvhNode inner = nodes[node];
-    uvec4 enter = EnterChildren(inner, walk, best.t);
+    uvec4 enter = EnterChildren(inner, walk.origin, walk.inverse, best.t);
     uvec2 c0 = uvec2(enter.x, inner.children.x);
     uvec2 c1 = uvec2(enter.y, inner.children.y);
     uvec2 c2 = uvec2(enter.z, inner.children.z);
@@ -108,7 +71,7 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
       if (child == 0u) {
         walk = MakeWalk(ray.origin, ray.direction);
         placed = kNoInstance;
-      } else if (uintBitsToFloat(entry.x) > best.t) {
+      } else if (uintBitsToFloat(entry.x) > best.t * kEndScale) {
         continue;
       } else if ((child & kLeafBit) == 0u) {
         node = child;

@@ -74,7 +74,7 @@ struct AxisGrid {
   std::array<uint32_t, kWidth> high{};
 };
 
-/// The shader's arithmetic: the product is exact, so a fused multiply-add gives the same result.
+/// The product is exact, so a fused multiply-add gives the same result.
 float OnGrid(float origin, uint32_t step, float scale) {
   return origin + static_cast<float>(step) * scale;
 }
@@ -129,7 +129,8 @@ uint32_t Pack(const std::array<uint32_t, kWidth>& bytes) {
 
 /// A ray along a box's face is inside the box: shaders multiply the distance to its planes by up to
 /// 1e18, and zero would fail. So boxes are enlarged by a few units in the last place of the node's
-/// largest coordinate.
+/// largest coordinate. That is also more than what rounding moves a plane by, so the exact planes
+/// enclose the content as well as the rounded ones.
 constexpr float kMargin = 0x1p-22f;
 
 BvhNode PackNode(const Aabb* tight, uint32_t count) {

@@ -52,7 +52,7 @@ class WideBvhBuilder {
 Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
               std::span<const Aabb> boxes);
 
-/// The box of a node's child, as shaders compute it; undefined if there is none.
+/// The box of a node's child, its planes rounded to floats; undefined if there is none.
 Aabb ChildBox(const BvhNode& node, int child);
 
 }  // namespace stillray::render
