@@ -5,14 +5,16 @@
 // missed, and those far beside the ray are.
 #include "render/vulkan/box_test_shared.h"
 
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "core/random.h"
+#include "render/vulkan/child_group_shared.h"
 
 namespace stillray::render {
 namespace {
@@ -175,7 +177,7 @@ Count TestRays(const Sizes& sizes, int nodes, int units) {
         if (exact >= 0) {
           ++count.met;
           count.missed += hit ? 0 : 1;
-          count.late += hit && uintBitsToFloat(entered[child]) > exact ? 1 : 0;
+          count.late += hit && DistanceOfChild(entered[child]) > exact ? 1 : 0;
           continue;
         }
         const dvec3 scale = (box.high - box.low) + glm::abs(dvec3(node.origin - ray.origin)) +
@@ -231,7 +233,7 @@ TEST(RayAgainstBoxes, AlongAFaceIsInside) {
   const vec3 inverse = InverseOf(ahead, 0, &random);
   uvec4 entered = EnterChildren(node, vec3(22, 4, -100), inverse, kInfinite);
   for (const int child : {0, 1}) {
-    EXPECT_NEAR(uintBitsToFloat(entered[child]), 104.0f, 1e-3f);
+    EXPECT_NEAR(DistanceOfChild(entered[child]), 104.0f, 1e-3f);
   }
   // No child, whatever its planes.
   EXPECT_EQ(entered[2], kMissed);
@@ -239,13 +241,48 @@ TEST(RayAgainstBoxes, AlongAFaceIsInside) {
   // In the second only, from its inside; then before both, and behind.
   entered = EnterChildren(node, vec3(25, 4, 5), inverse, kInfinite);
   EXPECT_EQ(entered[0], kMissed);
-  EXPECT_EQ(entered[1], 0u);
+  EXPECT_EQ(entered[1], 1u);  // the number, at distance 0
   EXPECT_EQ(EnterChildren(node, vec3(25, 4, -100), inverse, 100.0f)[1], kMissed);
   EXPECT_EQ(EnterChildren(node, vec3(25, 4, 100), inverse, kInfinite)[1], kMissed);
   // Backwards, from behind the first one.
   entered = EnterChildren(node, vec3(15, 4, 29), InverseOf(-ahead, 0, &random), kInfinite);
-  EXPECT_NEAR(uintBitsToFloat(entered[0]), 20.0f, 1e-3f);
+  EXPECT_NEAR(DistanceOfChild(entered[0]), 20.0f, 1e-3f);
   EXPECT_EQ(entered[1], kMissed);
+}
+
+// Every choice of children and every order of their distances: all are visited once, the nearest
+// first, at no more than their distances.
+TEST(ChildGroup, HoldsTheChildrenThatAreEnteredNearestFirst) {
+  constexpr uint32_t kNode = kLeafFirstMask;  // the largest index
+  std::array<int, 4> rank = {0, 1, 2, 3};
+  do {
+    for (uint32_t mask = 0; mask < 16; ++mask) {
+      uvec4 entered(kMissed);
+      std::vector<uint32_t> expected(4, kMissed);
+      for (int child = 0; child < 4; ++child) {
+        const auto place = static_cast<size_t>(rank[static_cast<size_t>(child)]);
+        if ((mask >> child & 1u) != 0) {
+          const float distance = 2.5f * static_cast<float>(place);
+          entered[child] = (floatBitsToUint(distance) & ~3u) | static_cast<uint32_t>(child);
+          expected[place] = static_cast<uint32_t>(child);
+        }
+      }
+      std::erase(expected, kMissed);
+      uint32_t next = kMissed;
+      ChildGroup others = GroupChildren(kNode, entered, next);
+      std::vector<uint32_t> visited;
+      while (next != kMissed) {
+        const uint32_t number = NumberOfChild(next);
+        EXPECT_EQ(NodeOfGroup(others), kNode);
+        EXPECT_LE(DistanceOfChild(next), DistanceOfChild(entered[static_cast<int>(number)]));
+        EXPECT_TRUE(visited.size() > 1 || next == entered[static_cast<int>(number)]);
+        visited.push_back(number);
+        next = others.next;
+        others = next == kMissed ? others : WithoutNext(others);
+      }
+      EXPECT_EQ(visited, expected);
+    }
+  } while (std::next_permutation(rank.begin(), rank.end()));
 }
 
 }  // namespace

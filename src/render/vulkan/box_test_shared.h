@@ -70,8 +70,8 @@ const float kEndScale = 1.0f + 32.0f * 5.9604645e-8f;
 // Larger than the bits of any distance.
 const uint kMissed = 0xffffffffu;
 
-// Distances, as bits, at which the ray enters the boxes of the node's children, or somewhat before;
-// kMissed: not up to `end`, which is not negative.
+// Distances at which the ray enters the boxes of the node's children, or somewhat before, as bits,
+// with the number of the child in the two lowest; kMissed: not up to `end`, which is not negative.
 SHARED_FN uvec4 EnterChildren(SHARED_IN(BvhNode) node, SHARED_IN(vec3) ray_origin,
                               SHARED_IN(vec3) inverse, float end) {
   vec3 scale = uintBitsToFloat(
@@ -91,7 +91,7 @@ SHARED_FN uvec4 EnterChildren(SHARED_IN(BvhNode) node, SHARED_IN(vec3) ray_origi
   vec4 enter = max(max(enter_x, enter_y), max(enter_z, vec4(0.0f)));
   vec4 leave = min(min(leave_x, leave_y), min(leave_z, vec4(end * kEndScale)));
   // abs: -0, for a ray that starts inside, must become 0.
-  uvec4 bits = floatBitsToUint(abs(enter));
+  uvec4 bits = (floatBitsToUint(abs(enter)) & ~3u) | uvec4(0u, 1u, 2u, 3u);
   bits = mix(uvec4(kMissed), bits, lessThanEqual(enter, leave));
   return mix(bits, uvec4(kMissed), equal(node.children, uvec4(0u)));
 }

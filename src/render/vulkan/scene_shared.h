@@ -34,11 +34,11 @@ const uint kLeafFirstMask = 0x0fffffffu;
 const int kLeafCountShift = 28;
 const int kMostLeafItems = 4;
 
-// Entries of the traversal stack, top level and a bottom level together; the builder limits trees
-// to it.
-const int kTopStack = 31;
-const int kBottomStack = 72;
-const int kStackSize = 104;
+// Entries of the traversal stack, one for each node above, of the top level and of a bottom level
+// together; the builder limits trees to it.
+const int kTopStack = 15;
+const int kBottomStack = 32;
+const int kStackSize = kTopStack + kBottomStack;
 
 // In the space of its placement. `instance` is only valid where that is the world.
 struct BvhTriangle {
@@ -269,7 +269,6 @@ static_assert(sizeof(GpuTexture) == 16);
 static_assert(sizeof(GpuView) == 80);
 static_assert(sizeof(GpuRay) == 32);
 static_assert(sizeof(GpuHit) == 20);
-static_assert(kTopStack + 1 + kBottomStack <= kStackSize);
 }  // namespace stillray::render
 #endif
 

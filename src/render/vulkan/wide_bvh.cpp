@@ -167,21 +167,21 @@ class Flattener {
 
   // The parent's reference to the subtree; `stack`: the entries that its traversal needs.
   uint32_t Add(const BuiltNode& built, int* stack) {
+    *stack = 0;
     if (built.leaf) {
-      *stack = 0;
       return AddLeaf(built);
     }
     const size_t index = out_->nodes.size();
     out_->nodes.push_back(PackNode(built.boxes, built.count));
     const int children = static_cast<int>(built.count);
-    *stack = children;
     for (int i = 0; i < children; ++i) {
       int below = 0;
       const uint32_t child = Add(*built.children[i], &below);
       out_->nodes[index].children[i] = child;
-      // A child is traversed while at most all of its siblings are on the stack.
-      *stack = std::max(*stack, children - 1 + below);
+      *stack = std::max(*stack, below);
     }
+    // A child is traversed while one entry holds its siblings.
+    *stack += children > 1 ? 1 : 0;
     return static_cast<uint32_t>(index);
   }
 
