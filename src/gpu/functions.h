@@ -72,6 +72,8 @@ namespace stillray::gpu {
   X(BindImageMemory)                    \
   X(CreateImageView)                    \
   X(DestroyImageView)                   \
+  X(CreateSampler)                      \
+  X(DestroySampler)                     \
   X(CreateShaderModule)                 \
   X(DestroyShaderModule)                \
   X(CreateDescriptorSetLayout)          \

@@ -58,6 +58,7 @@ Arena::~Arena() {
   const DeviceFunctions& vk = context_->vk;
   for (const Image& image : images_) {
     vk.DestroyImageView(context_->device, image.view, nullptr);
+    vk.DestroyImageView(context_->device, image.srgb_view, nullptr);
     vk.DestroyImage(context_->device, image.image, nullptr);
   }
   for (const Buffer& buffer : buffers_) {
@@ -88,10 +89,18 @@ Result<const Image*> Arena::AddAttachment(VkFormat format, int width, int height
                      VK_IMAGE_ASPECT_COLOR_BIT);
 }
 
+Result<const Image*> Arena::AddTextures(int width, int height, int layers) {
+  return Add(VK_FORMAT_R8G8B8A8_UNORM, width, height, layers,
+             VK_IMAGE_USAGE_SAMPLED_BIT | VK_IMAGE_USAGE_TRANSFER_DST_BIT,
+             VK_IMAGE_ASPECT_COLOR_BIT, VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT);
+}
+
 Result<const Image*> Arena::Add(VkFormat format, int width, int height, int layers,
-                                VkImageUsageFlags usage, VkImageAspectFlags aspect) {
+                                VkImageUsageFlags usage, VkImageAspectFlags aspect,
+                                VkImageCreateFlags flags) {
   VkImageCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_IMAGE_CREATE_INFO;
+  info.flags = flags;
   info.imageType = VK_IMAGE_TYPE_2D;
   info.format = format;
   info.extent = {static_cast<uint32_t>(width), static_cast<uint32_t>(height), 1};
@@ -112,6 +121,7 @@ Result<const Image*> Arena::Add(VkFormat format, int width, int height, int laye
   Resource resource;
   resource.image = &images_.back();
   resource.aspect = aspect;
+  resource.has_srgb = (flags & VK_IMAGE_CREATE_MUTABLE_FORMAT_BIT) != 0;
   resource.wanted = 0;
   resource.better = VK_MEMORY_PROPERTY_DEVICE_LOCAL_BIT;
   context_->vk.GetImageMemoryRequirements(context_->device, image.image, &resource.need);
@@ -324,8 +334,13 @@ Status Arena::Bind(const Resource& r) {
   info.viewType = r.image->layers > 0 ? VK_IMAGE_VIEW_TYPE_2D_ARRAY : VK_IMAGE_VIEW_TYPE_2D;
   info.format = r.image->format;
   info.subresourceRange = {r.aspect, 0, 1, 0, static_cast<uint32_t>(std::max(r.image->layers, 1))};
-  return ToStatus(context_->vk.CreateImageView(context_->device, &info, nullptr, &r.image->view),
-                  "creating an image view");
+  constexpr const char* kAction = "creating an image view";
+  const auto create = [&](VkImageView* view) {
+    return ToStatus(context_->vk.CreateImageView(context_->device, &info, nullptr, view), kAction);
+  };
+  STILLRAY_RETURN_IF_ERROR(create(&r.image->view));
+  info.format = VK_FORMAT_R8G8B8A8_SRGB;
+  return r.has_srgb ? create(&r.image->srgb_view) : Status::Ok();
 }
 
 std::vector<VkMappedMemoryRange> Arena::MappedRanges() const {

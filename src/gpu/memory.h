@@ -18,6 +18,7 @@ namespace stillray::gpu {
 struct Image {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
+  VkImageView srgb_view = VK_NULL_HANDLE;  ///< of AddTextures
   VkFormat format = VK_FORMAT_UNDEFINED;
   int width = 0;
   int height = 0;
@@ -70,6 +71,10 @@ class Arena {
   /// memory yet. The render pass manages its layouts: do not call RecordFirstUse on arenas with
   /// such images.
   Result<const Image*> AddAttachment(VkFormat format, int width, int height);
+  /// Adds an array of images to copy into and to sample, four bytes per texel, with views of bytes
+  /// as they are and of colours in sRGB; allocates no memory yet. The caller manages its layouts:
+  /// do not call RecordFirstUse on arenas with such images.
+  Result<const Image*> AddTextures(int width, int height, int layers);
   /// \param usage  beside copies from and to it; VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT only on
   ///     devices with ray tracing
   Result<const Buffer*> AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage, BufferPlace place);
@@ -94,6 +99,7 @@ class Arena {
     VkMemoryPropertyFlags wanted = 0;
     VkMemoryPropertyFlags better = 0;
     VkImageAspectFlags aspect = VK_IMAGE_ASPECT_COLOR_BIT;
+    bool has_srgb = false;
     bool addressed = false;
     Image* image = nullptr;
     Buffer* buffer = nullptr;
@@ -115,7 +121,8 @@ class Arena {
   uint32_t FindType(const Resource& resource) const;
   MemoryBlocks Blocks() const;
   Result<const Image*> Add(VkFormat format, int width, int height, int layers,
-                           VkImageUsageFlags usage, VkImageAspectFlags aspect);
+                           VkImageUsageFlags usage, VkImageAspectFlags aspect,
+                           VkImageCreateFlags flags = 0);
   Status CheckHeaps() const;
   Status AllocateBlock(Block* block) const;
   Status Bind(const Resource& resource);

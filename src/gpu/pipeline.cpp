@@ -31,7 +31,10 @@ VkDescriptorType TypeOf(const DeviceContext& context, const SetShape& shape, uin
   if (binding < shape.sampled + shape.stored + shape.uniforms) {
     return UniformType(context);
   }
-  return binding < shape.count() - shape.accelerations
+  if (binding >= shape.count() - shape.textures) {
+    return VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER;
+  }
+  return binding < shape.count() - shape.textures - shape.accelerations
              ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
              : VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR;
 }
@@ -77,7 +80,8 @@ Status DescriptorSets::AddPool() {
         std::pair{VK_DESCRIPTOR_TYPE_STORAGE_IMAGE, all_.stored},
         std::pair{UniformType(*context_), all_.uniforms},
         std::pair{VK_DESCRIPTOR_TYPE_STORAGE_BUFFER, all_.buffers},
-        std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all_.accelerations}}) {
+        std::pair{VK_DESCRIPTOR_TYPE_ACCELERATION_STRUCTURE_KHR, all_.accelerations},
+        std::pair{VK_DESCRIPTOR_TYPE_COMBINED_IMAGE_SAMPLER, all_.textures}}) {
     if (count > 0) {
       sizes.push_back({type, count});
     }
@@ -201,6 +205,7 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
                            VkDescriptorSet set) const {
   std::vector<VkDescriptorImageInfo> images(content.images.size());
   std::vector<VkDescriptorBufferInfo> buffers(content.buffers.size());
+  std::vector<VkDescriptorImageInfo> textures(content.textures.size());
   std::vector<VkWriteDescriptorSet> writes(shape.count());
   std::vector<VkWriteDescriptorSetAccelerationStructureKHR> accelerations(shape.accelerations);
   VkWriteDescriptorSetAccelerationStructureKHR acceleration = {};
@@ -219,7 +224,12 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
           content.layouts.empty() ? VK_IMAGE_LAYOUT_GENERAL : content.layouts[i];
       images[i] = {VK_NULL_HANDLE, content.images[i], layout};
       write.pImageInfo = &images[i];
-    } else if (i >= shape.count() - shape.accelerations) {
+    } else if (i >= shape.count() - shape.textures) {
+      const size_t k = i - (shape.count() - shape.textures);
+      // The layout has the sampler.
+      textures[k] = {VK_NULL_HANDLE, content.textures[k], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
+      write.pImageInfo = &textures[k];
+    } else if (i >= shape.count() - shape.textures - shape.accelerations) {
       const size_t k = i - images.size() - buffers.size();
       accelerations[k] = acceleration;
       accelerations[k].pAccelerationStructures = &content.accelerations[k];
@@ -234,7 +244,7 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
                                     writes.data(), 0, nullptr);
 }
 
-Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
+Status MakeSetLayout(const DeviceContext& context, const SetShape& shape, VkSampler sampler,
                      VkDescriptorSetLayout* out) {
   std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
   // One layout for all users of a set, so that sets can be shared.
@@ -243,7 +253,8 @@ Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
     stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;
   }
   for (uint32_t i = 0; i < shape.count(); ++i) {
-    bindings[i] = {i, TypeOf(context, shape, i), 1, stages, nullptr};
+    const bool texture = i >= shape.count() - shape.textures;
+    bindings[i] = {i, TypeOf(context, shape, i), 1, stages, texture ? &sampler : nullptr};
   }
   VkDescriptorSetLayoutCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_DESCRIPTOR_SET_LAYOUT_CREATE_INFO;

@@ -15,7 +15,8 @@
 namespace stillray::gpu {
 
 /// A layout of descriptors: sampled images, then storage images, then uniform and storage buffers,
-/// then acceleration structures, with consecutive bindings from 0. A set may bind an image twice,
+/// then acceleration structures, then textures (images with the sampler of SharedPipelines), with
+/// consecutive bindings from 0. A set may bind an image twice,
 /// for reading and for writing.
 struct SetShape {
   uint32_t sampled = 0;
@@ -23,8 +24,11 @@ struct SetShape {
   uint32_t uniforms = 0;
   uint32_t buffers = 0;
   uint32_t accelerations = 0;
+  uint32_t textures = 0;
 
-  uint32_t count() const { return sampled + stored + uniforms + buffers + accelerations; }
+  uint32_t count() const {
+    return sampled + stored + uniforms + buffers + accelerations + textures;
+  }
   friend bool operator==(const SetShape&, const SetShape&) = default;
 };
 
@@ -37,6 +41,7 @@ struct SetContent {
   std::vector<VkImageLayout> layouts;  ///< of each image; empty: VK_IMAGE_LAYOUT_GENERAL
   std::vector<VkBuffer> buffers;       ///< uniform ones, then storage ones
   std::vector<VkAccelerationStructureKHR> accelerations = {};
+  std::vector<VkImageView> textures = {};  ///< in VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL
 
   friend bool operator==(const SetContent&, const SetContent&) = default;
 };
@@ -99,7 +104,8 @@ class DescriptorSets {
 };
 
 /// Creates the layout of descriptor sets, for all stages that use stillray's sets.
-Status MakeSetLayout(const DeviceContext& context, const SetShape& shape,
+/// \param sampler  of the textures
+Status MakeSetLayout(const DeviceContext& context, const SetShape& shape, VkSampler sampler,
                      VkDescriptorSetLayout* out);
 /// Creates the layout of a pipeline of any kind.
 /// \param push_stage  the stage that reads the `push_bytes` of push constants; unused if they are 0

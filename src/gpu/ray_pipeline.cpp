@@ -19,7 +19,13 @@ enum Group : uint32_t { kGeneration, kMiss, kHit, kGroupCount };
 /// Owns the shader modules of a pipeline's stages.
 class Stages {
  public:
-  explicit Stages(const DeviceContext* context) : context_(context) {}
+  Stages(const DeviceContext* context, std::span<const uint32_t> constants) : context_(context) {
+    for (uint32_t i = 0; i < constants.size(); ++i) {
+      entries_.push_back({i, i * static_cast<uint32_t>(sizeof(uint32_t)), sizeof(uint32_t)});
+    }
+    constants_ = {static_cast<uint32_t>(entries_.size()), entries_.data(), constants.size_bytes(),
+                  constants.data()};
+  }
   Stages(const Stages&) = delete;
   Stages& operator=(const Stages&) = delete;
   ~Stages() {
@@ -39,6 +45,7 @@ class Stages {
     info.sType = VK_STRUCTURE_TYPE_PIPELINE_SHADER_STAGE_CREATE_INFO;
     info.stage = stage;
     info.pName = "main";
+    info.pSpecializationInfo = &constants_;
     STILLRAY_RETURN_IF_ERROR(MakeShaderModule(*context_, code, action, &info.module));
     *number = static_cast<uint32_t>(list_.size());
     list_.push_back(info);
@@ -49,6 +56,8 @@ class Stages {
 
  private:
   const DeviceContext* context_;
+  std::vector<VkSpecializationMapEntry> entries_;
+  VkSpecializationInfo constants_ = {};
   std::vector<VkPipelineShaderStageCreateInfo> list_;
 };
 
@@ -70,7 +79,7 @@ Status RayPipeline::MakePipeline(const RayPipelineInfo& info) {
   STILLRAY_RETURN_IF_ERROR(
       MakePipelineLayout(c, info.sets, VK_SHADER_STAGE_RAYGEN_BIT_KHR, info.push_bytes, &layout_));
   const std::string action = std::string("compiling the ray tracing shaders of ") + info.name;
-  Stages stages(&c);
+  Stages stages(&c, info.constants);
   VkRayTracingShaderGroupCreateInfoKHR groups[kGroupCount] = {
       EmptyGroup(VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR),
       EmptyGroup(VK_RAY_TRACING_SHADER_GROUP_TYPE_GENERAL_KHR),
@@ -94,7 +103,7 @@ Status RayPipeline::MakePipeline(const RayPipelineInfo& info) {
   create.flags = StatisticsFlags(c);
   const VkResult result = c.vk.CreateRayTracingPipelinesKHR(
       c.device, VK_NULL_HANDLE, c.pipeline_cache, 1, &create, nullptr, &pipeline_);
-  PrintStatistics(c, info.name, {}, pipeline_);
+  PrintStatistics(c, info.name, info.constants, pipeline_);
   return ToStatus(result, action.c_str());
 }
 

@@ -20,7 +20,8 @@ struct RayPipelineInfo {
   std::span<const uint32_t> closest_hit;  ///< empty: none
   std::span<const uint32_t> any_hit;      ///< empty: none
   std::span<const VkDescriptorSetLayout> sets;
-  uint32_t push_bytes = 0;  ///< read by the first shader
+  uint32_t push_bytes = 0;                   ///< read by the first shader
+  std::span<const uint32_t> constants = {};  ///< specialisation constants 0, 1, ... of all shaders
 };
 
 /// Not copied or moved.

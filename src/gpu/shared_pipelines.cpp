@@ -19,6 +19,20 @@ SharedPipelines::~SharedPipelines() {
   for (const auto& [shape, layout] : layouts_) {
     vk.DestroyDescriptorSetLayout(context_->device, layout, nullptr);
   }
+  vk.DestroySampler(context_->device, sampler_, nullptr);
+}
+
+/// Bilinear; textures have a border of their own.
+Status SharedPipelines::MakeSampler() {
+  VkSamplerCreateInfo info = {};
+  info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;
+  info.magFilter = VK_FILTER_LINEAR;
+  info.minFilter = VK_FILTER_LINEAR;
+  info.addressModeU = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  info.addressModeV = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  info.addressModeW = VK_SAMPLER_ADDRESS_MODE_CLAMP_TO_EDGE;
+  return ToStatus(context_->vk.CreateSampler(context_->device, &info, nullptr, &sampler_),
+                  "creating a sampler");
 }
 
 Result<VkDescriptorSetLayout> SharedPipelines::Layout(const SetShape& shape) {
@@ -28,8 +42,11 @@ Result<VkDescriptorSetLayout> SharedPipelines::Layout(const SetShape& shape) {
       return layout;
     }
   }
+  if (shape.textures > 0 && sampler_ == VK_NULL_HANDLE) {
+    STILLRAY_RETURN_IF_ERROR(MakeSampler());
+  }
   VkDescriptorSetLayout layout = VK_NULL_HANDLE;
-  STILLRAY_RETURN_IF_ERROR(MakeSetLayout(*context_, shape, &layout));
+  STILLRAY_RETURN_IF_ERROR(MakeSetLayout(*context_, shape, sampler_, &layout));
   layouts_.emplace_back(shape, layout);
   return layout;
 }

@@ -49,10 +49,12 @@ class SharedPipelines {
   };
   Entry* EntryOf(std::span<const uint32_t> code, const PipelineInfo& info);
   Status Compile(const char* name, Entry* entry);
+  Status MakeSampler();
 
   const DeviceContext* context_;
   mutable std::mutex mutex_;  // protects what follows
   size_t created_ = 0;
+  VkSampler sampler_ = VK_NULL_HANDLE;  // of textures, once a layout has any
   std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
   std::vector<std::unique_ptr<Entry>> entries_;
 };

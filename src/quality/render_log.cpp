@@ -117,6 +117,7 @@ constexpr ScalarKey kScalarKeys[] = {
     {"traces_ahead", Kind::kFlag},
     {"ray_tracing", Kind::kText},
     {"first_hits", Kind::kText},
+    {"textures", Kind::kText},
     {"reference", Kind::kInteger, 0, 1e9},
     {"reference_frames", Kind::kText},
     {"aov", Kind::kText},

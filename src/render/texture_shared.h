@@ -45,6 +45,17 @@ SHARED_FN int FloorToInt(float x) {
   return towards_zero - (x < float(towards_zero) ? 1 : 0);
 }
 
+// The coordinate in 0 to `size` where a texture that has a border of one texel shows the same,
+// bilinearly, as the endless texture at x.
+SHARED_FN float WrapCoordinate(float x, float size, int wrap) {
+  if (wrap == kWrapClamp) {
+    return clamp(x, 0.0f, size);
+  }
+  float period = wrap == kWrapMirror ? 2.0f * size : size;
+  float in_period = clamp(x - floor(x / period) * period, 0.0f, period);
+  return in_period > size ? period - in_period : in_period;
+}
+
 STILLRAY_RENDER_END
 
 #endif  // STILLRAY_RENDER_TEXTURE_SHARED_H

@@ -421,6 +421,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"trace-device", {"tracer", {}}},
       {"ray-tracing", {"ray_tracing", {"--ray-tracing", "compute"}}},
       {"first-hits", {"first_hits", {"--first-hits", "trace"}}},
+      {"textures", {"textures", {"--textures", "exact"}}},
       {"spp", {"spp", {"--spp", "2"}}},
       {"guides", {"guides", {"--spp", "1/2", "--guides", "sparse"}}},
       {"seed", {"seed", {"--seed", "4"}}},

@@ -214,7 +214,7 @@ TEST(RenderLog, ReadsWhatChangesThePictures) {
     "command": "stillray render room.glb -o out --still", "scene": "room.glb",
     "scene_content": "0123456789abcdef", "environment": "sky.hdr", "camera": "top", "still": true,
     "first_frame": 3, "regularise": false, "jitter": true, "device": "CPU", "tracer": "CPU",
-    "traces_ahead": false, "ray_tracing": "auto", "first_hits": "auto", "reference": 0, "reference_frames": "",
+    "traces_ahead": false, "ray_tracing": "auto", "first_hits": "auto", "textures": "auto", "reference": 0, "reference_frames": "",
     "aov": "temporal",
     "format": "exr,png", "float": false,
     "memory": {"denoiser_bytes": 123,

@@ -33,6 +33,10 @@ Result<std::unique_ptr<DeviceRenderer>> DeviceRenderer::Create(const Device& dev
         "--ray-tracing is 'hardware', but the CPU traces: stillray info --devices lists the others "
         "for --device or --trace-device");
   }
+  if (made->renderer_ == nullptr && options.textures == render::TextureWay::kSampled) {
+    return Status::Unsupported(
+        "--textures is 'sampled', but the CPU traces: --device or --trace-device chooses another");
+  }
   if (made->renderer_ == nullptr) {
     STILLRAY_RETURN_IF_ERROR(made->MakeOnCpu(settings));
   }
@@ -50,6 +54,7 @@ Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& 
     render::VulkanRenderOptions options;
     options.way = options_.way;
     options.first_hits = options_.first_hits;
+    options.textures = options_.textures;
     options.submission_ms = options_.submission_ms;
     Result<std::unique_ptr<Renderer>> made =
         render::CreateVulkanRenderer(scene_, settings, backend->device(), options);
@@ -140,6 +145,21 @@ Result<render::FirstHits> ParseFirstHits(const std::string& text) {
                                              text, DidYouMean(text, kWays)));
 }
 
+Result<render::TextureWay> ParseTextureWay(const std::string& text) {
+  if (text == "auto") {
+    return render::TextureWay::kAuto;
+  }
+  if (text == "exact") {
+    return render::TextureWay::kExact;
+  }
+  if (text == "sampled") {
+    return render::TextureWay::kSampled;
+  }
+  constexpr std::string_view kWays[] = {"auto", "exact", "sampled"};
+  return Status::InvalidArgument(fmt::format(
+      "--textures is '{}', expected auto, exact or sampled{}", text, DidYouMean(text, kWays)));
+}
+
 std::string TracingWayText(const Device& device, const TraceOptions& options) {
 #ifdef STILLRAY_WITH_VULKAN
   const auto backend = std::dynamic_pointer_cast<vulkan::VulkanBackend>(BackendOf(device));
@@ -154,7 +174,8 @@ std::string TracingWayText(const Device& device, const TraceOptions& options) {
     }
     const bool draws =
         render::DrawsFirstHits(info, options.first_hits) && backend->device()->can_draw();
-    return text + (draws ? ", first hits are drawn" : ", first hits too");
+    text += draws ? ", first hits are drawn" : ", first hits too";
+    return text + (render::SamplesTextures(info, options.textures) ? ", textures are sampled" : "");
   }
 #else
   static_cast<void>(device);

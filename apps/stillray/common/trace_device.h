@@ -18,6 +18,7 @@ namespace stillray {
 struct TraceOptions {
   render::TracingWay way = render::TracingWay::kAuto;  ///< of a device other than the CPU
   render::FirstHits first_hits = render::FirstHits::kAuto;
+  render::TextureWay textures = render::TextureWay::kAuto;
   bool may_fall_back = true;  ///< to the CPU, if the device cannot trace the scene, or fails
   /// Approximate duration of a submission to the device in milliseconds: other users of it, and
   /// cancelled calls, wait that long.
@@ -78,6 +79,9 @@ Result<render::TracingWay> ParseTracingWay(const std::string& text);
 /// "--first-hits": draw, trace or auto.
 /// \return kInvalidArgument
 Result<render::FirstHits> ParseFirstHits(const std::string& text);
+/// "--textures": sampled, exact or auto.
+/// \return kInvalidArgument
+Result<render::TextureWay> ParseTextureWay(const std::string& text);
 /// The ways of tracing rays and of finding first hits, for messages: "in compute shaders, first
 /// hits are drawn"; empty for the CPU. Names the reason where the driver offers ray tracing
 /// pipelines that are not used.

@@ -103,7 +103,9 @@ Status FrameMaker::MakeRenderer(const RenderDevices& devices) {
   TraceOptions options;
   options.way = options_.tracing_way;
   options.first_hits = options_.first_hits;
-  options.may_fall_back = chosen == "auto" && options.way != render::TracingWay::kHardware;
+  options.textures = options_.textures;
+  options.may_fall_back = chosen == "auto" && options.way != render::TracingWay::kHardware &&
+                          options.textures != render::TextureWay::kSampled;
   options.keep_going = [] { return !Interrupted(); };
   RenderSettings settings = options_.render;
   on_device_ = !devices.differ();

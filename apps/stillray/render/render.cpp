@@ -184,6 +184,12 @@ void AddRenderCommand(CLI::App& app, int* exit_code) {
           "auto: draw, except where the driver emulates ray tracing")
       ->check(OneOf({"auto", "draw", "trace"}))
       ->capture_default_str();
+  command
+      ->add_option("--textures", a->textures,
+                   "How a Vulkan device reads textures: sampled (by its texture units, to 1/256 of "
+                   "a texel), exact (as the CPU), or auto: sampled by GPUs")
+      ->check(OneOf({"auto", "exact", "sampled"}))
+      ->capture_default_str();
   command->add_option("--threads", a->threads, "Default: all processors")
       ->check(CLI::Range(0, 4096));
   command->option_defaults()->group("Output");

@@ -273,6 +273,9 @@ Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments) {
   const Result<render::FirstHits> first_hits = ParseFirstHits(arguments.first_hits);
   STILLRAY_RETURN_IF_ERROR(first_hits.status());
   options.first_hits = *first_hits;
+  const Result<render::TextureWay> textures = ParseTextureWay(arguments.textures);
+  STILLRAY_RETURN_IF_ERROR(textures.status());
+  options.textures = *textures;
   options.exr_type = arguments.float_exr ? PixelType::kFloat : PixelType::kHalf;
   return options;
 }
@@ -325,8 +328,8 @@ std::string RenderFingerprint(const RenderOptions& options, const Scene& scene) 
   if (!a.trace_device.empty()) {
     text += fmt::format("trace-device {}\n", a.trace_device);
   }
-  text += fmt::format("device {}\nray-tracing {}\nfirst-hits {}\n", a.device, a.ray_tracing,
-                      a.first_hits);
+  text += fmt::format("device {}\nray-tracing {}\nfirst-hits {}\ntextures {}\n", a.device,
+                      a.ray_tracing, a.first_hits, a.textures);
   for (const Parameter& p : Parameters()) {
     text += fmt::format("{} {}\n", p.name, GetParameter(options.denoise, p.name).value());
   }

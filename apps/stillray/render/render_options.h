@@ -52,6 +52,7 @@ struct RenderArguments {
   bool verbose = false;
   std::string ray_tracing = "auto";
   std::string first_hits = "auto";
+  std::string textures = "auto";
   std::string json_path;
 };
 
@@ -76,6 +77,7 @@ struct RenderOptions {
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
   render::FirstHits first_hits = render::FirstHits::kAuto;
+  render::TextureWay textures = render::TextureWay::kAuto;
   PixelType exr_type = PixelType::kHalf;
   bool exr = false;
   bool png = false;

@@ -63,6 +63,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"preset", options.preset},
                {"ray_tracing", a.ray_tracing},
                {"first_hits", a.first_hits},
+               {"textures", a.textures},
                {"reference", a.reference_spp},
                {"reference_frames", a.reference_frames},
                {"aov", fmt::format("{}", fmt::join(a.aovs, ","))},

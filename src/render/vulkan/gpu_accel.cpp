@@ -89,6 +89,10 @@ bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted) {
   return wanted == FirstHits::kDraw || (wanted == FirstHits::kAuto && !emulates);
 }
 
+bool SamplesTextures(const gpu::DeviceInfo& info, TextureWay wanted) {
+  return wanted == TextureWay::kSampled || (wanted == TextureWay::kAuto && info.is_gpu);
+}
+
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way) {
   const bool offered = device.context().ray_tracing.offered;
   if (way == TracingWay::kHardware && !offered) {
@@ -98,6 +102,23 @@ Result<bool> UsesHardware(const gpu::Device& device, TracingWay way) {
                     device.info().name));
   }
   return way == TracingWay::kHardware || (way == TracingWay::kAuto && TracesByUnits(device.info()));
+}
+
+/// With kAuto, textures that do not fit into an image are read exactly.
+Status GpuAccel::ChooseAtlas(const std::vector<Texture>& textures, TextureWay way) {
+  if (textures.empty() || !SamplesTextures(device_->info(), way)) {
+    return Status::Ok();
+  }
+  const VkPhysicalDeviceLimits& limits = device_->context().limits;
+  Result<TextureAtlas> atlas = PlanAtlas(textures, static_cast<int>(limits.maxImageDimension2D),
+                                         static_cast<int>(limits.maxImageArrayLayers));
+  if (atlas.ok()) {
+    atlas_ = std::move(*atlas);
+  } else if (way == TextureWay::kSampled) {
+    return Status::Unsupported(
+        fmt::format("{}: {}", device_->info().name, atlas.status().message()));
+  }
+  return Status::Ok();
 }
 
 Status GpuAccel::CheckLimits() const {
@@ -128,6 +149,11 @@ Status GpuAccel::AddBuffers() {
     }
     buffers_[i] = *buffer;
   }
+  const TextureAtlas atlas = atlas_.value_or(TextureAtlas());
+  const Result<const gpu::Image*> image =
+      arena_.AddTextures(atlas.width, atlas.height, atlas.layers);
+  STILLRAY_RETURN_IF_ERROR(image.status());
+  texture_image_ = *image;
   size_t moving = kLeast;
   for (const MovingPart& part : MovingParts(*scene_)) {
     moving += part.bytes;
@@ -143,7 +169,8 @@ Status GpuAccel::AddBuffers() {
 Status GpuAccel::MakePipelines() {
   const gpu::DeviceContext& c = device_->context();
   STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(
-      kMostBatches + 1, {0, 0, 0, kSceneShape.buffers + kMostBatches * kBatchShape.buffers}));
+      kMostBatches + 1, {.buffers = kSceneShape.buffers + kMostBatches * kBatchShape.buffers,
+                         .textures = kSceneShape.textures}));
   const Result<VkDescriptorSetLayout> scene = sets_.Layout(kSceneShape);
   const Result<VkDescriptorSetLayout> batch = sets_.Layout(kBatchShape);
   if (!scene.ok() || !batch.ok()) {
@@ -155,13 +182,13 @@ Status GpuAccel::MakePipelines() {
                                  {shaders::kFirstHits, shaders::kFirstHitsWords},
                                  layouts,
                                  sizeof(uint32_t),
-                                 {}});
+                                 constants_});
   Result<gpu::Pipeline> transmittance =
       gpu::Pipeline::Create(&c, {"transmittance",
                                  {shaders::kTransmittance, shaders::kTransmittanceWords},
                                  layouts,
                                  sizeof(uint32_t),
-                                 {}});
+                                 constants_});
   if (!first_hits.ok() || !transmittance.ok()) {
     return first_hits.ok() ? transmittance.status() : first_hits.status();
   }
@@ -171,6 +198,7 @@ Status GpuAccel::MakePipelines() {
   for (const gpu::Buffer* buffer : buffers_) {
     content.buffers.push_back(buffer->buffer);
   }
+  content.textures = {texture_image_->view, texture_image_->srgb_view};
   const Result<VkDescriptorSet> set = sets_.Find(kSceneShape, content);
   if (set.ok()) {
     scene_set_ = *set;
@@ -194,7 +222,7 @@ Status GpuAccel::MakeHardware() {
        {std::pair{HardwareShader::kFirstHits, &hardware_first_hits_},
         std::pair{HardwareShader::kTransmittance, &hardware_transmittance_}}) {
     Result<std::unique_ptr<gpu::RayPipeline>> pipeline =
-        MakeHardwarePipeline(device_, shader, layouts, sizeof(uint32_t));
+        MakeHardwarePipeline(device_, shader, layouts, sizeof(uint32_t), constants_);
     STILLRAY_RETURN_IF_ERROR(pipeline.status());
     *out = std::move(*pipeline);
   }
@@ -304,21 +332,27 @@ Status GpuAccel::RecordTransmittance(VkCommandBuffer commands, const gpu::Buffer
 }
 
 Result<std::unique_ptr<GpuAccel>> GpuAccel::Create(gpu::Device* device, const SceneState& state,
-                                                   TracingWay way) {
+                                                   TracingWay way, TextureWay textures) {
   const Result<bool> use_hardware = UsesHardware(*device, way);
   STILLRAY_RETURN_IF_ERROR(use_hardware.status());
   std::unique_ptr<GpuAccel> accel(new GpuAccel(device));
   accel->use_hardware_ = *use_hardware;
-  Result<std::unique_ptr<GpuScene>> scene = GpuScene::Create(state);
+  STILLRAY_RETURN_IF_ERROR(accel->ChooseAtlas(state.scene().textures, textures));
+  Result<std::unique_ptr<GpuScene>> scene =
+      GpuScene::Create(state, accel->atlas_ ? &*accel->atlas_ : nullptr);
   if (!scene.ok()) {
     return scene.status();
   }
   accel->scene_ = std::move(*scene);
+  accel->constants_ = {accel->scene_->with_layers() ? 1u : 0u, accel->atlas_ ? 1u : 0u};
   STILLRAY_RETURN_IF_ERROR(accel->CheckLimits());
   STILLRAY_RETURN_IF_ERROR(accel->AddBuffers());
   accel->FillStaging();
   STILLRAY_RETURN_IF_ERROR(accel->arena_.Flush());
   STILLRAY_RETURN_IF_ERROR(UploadArrays(device, ArraysOf(*accel->scene_), accel->buffers_));
+  STILLRAY_RETURN_IF_ERROR(UploadAtlas(device, state.scene().textures,
+                                       accel->atlas_.value_or(TextureAtlas()),
+                                       *accel->texture_image_));
   STILLRAY_RETURN_IF_ERROR(accel->MakePipelines());
   if (accel->use_hardware_) {
     STILLRAY_RETURN_IF_ERROR(accel->MakeHardware());

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "gpu/device.h"
 #include "gpu/memory.h"
@@ -27,6 +28,9 @@ bool TracesByUnits(const gpu::DeviceInfo& info);
 /// tracing pipelines: among those are data centre GPUs with few units that draw.
 bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted);
 
+/// Whether textures are sampled by texture units, if those of a scene fit into their images.
+bool SamplesTextures(const gpu::DeviceInfo& info, TextureWay wanted);
+
 /// Whether rays are traced in hardware on this device.
 /// \return kUnsupported if it is requested and not available
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way);
@@ -39,9 +43,10 @@ class GpuAccel {
   /// \param state   at its first moment; must outlive this
   /// \return kUnsupported: an array of the scene is larger than the device's storage buffers, or
   ///     the device has too few of them per shader, or lacks the hardware ray tracing that `way`
-  ///     requests; kOutOfMemory
+  ///     requests, or `textures` do not fit into its images; kOutOfMemory
   static Result<std::unique_ptr<GpuAccel>> Create(gpu::Device* device, const SceneState& state,
-                                                  TracingWay way = TracingWay::kAuto);
+                                                  TracingWay way = TracingWay::kAuto,
+                                                  TextureWay textures = TextureWay::kExact);
 
   /// Applies the current transforms and vertices of the state's instances. No
   /// recorded work that uses this may be running. Takes effect on the device by RecordUpdate.
@@ -67,7 +72,10 @@ class GpuAccel {
   const gpu::Buffer& device_instances() const { return *buffers_[kInstances]; }
 
   /// For other shaders that include scene.glsl: its set 0.
-  static constexpr gpu::SetShape kSceneShape = {0, 0, 0, 9};
+  static constexpr gpu::SetShape kSceneShape = {.buffers = 9, .textures = 2};
+  /// And the specialisation constants of material_lookup.glsl.
+  const std::array<uint32_t, 2>& constants() const { return constants_; }
+  bool samples_textures() const { return atlas_.has_value(); }
   VkDescriptorSet scene_set() const { return scene_set_; }
   /// Null if rays are traced in compute shaders.
   const HardwareScene* hardware() const { return hardware_.get(); }
@@ -75,6 +83,7 @@ class GpuAccel {
  private:
   explicit GpuAccel(gpu::Device* device)
       : device_(device), arena_(&device->context()), sets_(&device->context()) {}
+  Status ChooseAtlas(const std::vector<Texture>& textures, TextureWay way);
   Status CheckLimits() const;
   Status AddBuffers();
   Status MakePipelines();
@@ -88,6 +97,9 @@ class GpuAccel {
   std::unique_ptr<GpuScene> scene_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
+  std::optional<TextureAtlas> atlas_;          // of sampled textures
+  const gpu::Image* texture_image_ = nullptr;  // one texel, if textures are not sampled
+  std::array<uint32_t, 2> constants_{};
   gpu::Pipeline first_hits_;
   gpu::Pipeline transmittance_;
   bool use_hardware_ = false;

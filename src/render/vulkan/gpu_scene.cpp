@@ -162,6 +162,11 @@ static_assert(static_cast<uint32_t>(AlphaMode::kOpaque) == kAlphaOpaque &&
               static_cast<uint32_t>(AlphaMode::kMask) == kAlphaMask &&
               static_cast<uint32_t>(AlphaMode::kBlend) == kAlphaBlend);
 
+uint32_t LookupOf(const Texture& texture) {
+  return static_cast<uint32_t>(texture.wrap_u) | static_cast<uint32_t>(texture.wrap_v) << 2 |
+         (texture.nearest ? 16u : 0u);
+}
+
 void AppendTable(EnergyTable table, std::vector<float>* out) {
   static_assert(EnergyTable::kSize * EnergyTable::kSize == kEnergyTableWords);
   for (int j = 0; j < EnergyTable::kSize; ++j) {
@@ -374,11 +379,24 @@ Status GpuScene::AddMaterials() {
   for (uint32_t i = 0; i < kSrgbTableSize; ++i) {
     texels_.push_back(std::bit_cast<uint32_t>(SrgbDecode(static_cast<float>(i) / 255.0f)));
   }
+  return Status::Ok();
+}
+
+void GpuScene::AddAtlas(const TextureAtlas& atlas) {
+  texels_.push_back(std::bit_cast<uint32_t>(1.0f / static_cast<float>(atlas.width)));
+  texels_.push_back(std::bit_cast<uint32_t>(1.0f / static_cast<float>(atlas.height)));
+  for (size_t i = 0; i < atlas.places.size(); ++i) {
+    const Texture& texture = state_.scene().textures[i];
+    const AtlasPlace& place = atlas.places[i];
+    textures_.push_back({place.x | place.y << 16, texture.width, texture.height,
+                         LookupOf(texture) | place.layer << kAtlasLayer});
+  }
+}
+
+Status GpuScene::AddTexels() {
   for (const Texture& texture : state_.scene().textures) {
-    const auto lookup = static_cast<uint32_t>(texture.wrap_u) |
-                        static_cast<uint32_t>(texture.wrap_v) << 2 | (texture.nearest ? 16u : 0u);
     textures_.push_back(
-        {static_cast<uint32_t>(texels_.size()), texture.width, texture.height, lookup});
+        {static_cast<uint32_t>(texels_.size()), texture.width, texture.height, LookupOf(texture)});
     for (size_t k = 0; k + 3 < texture.texels.size(); k += 4) {
       const uint8_t* t = texture.texels.data() + k;
       texels_.push_back(t[0] | uint32_t{t[1]} << 8 | uint32_t{t[2]} << 16 | uint32_t{t[3]} << 24);
@@ -560,7 +578,8 @@ Status GpuScene::Update() {
   return Status::Ok();
 }
 
-Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
+Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state,
+                                                   const TextureAtlas* atlas) {
   try {
     std::unique_ptr<GpuScene> scene(new GpuScene(state));
     Result<std::unique_ptr<WideBvhBuilder>> builder = WideBvhBuilder::Create();
@@ -572,6 +591,11 @@ Result<std::unique_ptr<GpuScene>> GpuScene::Create(const SceneState& state) {
     STILLRAY_RETURN_IF_ERROR(scene->AddDeformedVertices());
     STILLRAY_RETURN_IF_ERROR(scene->AddLensMasks());
     STILLRAY_RETURN_IF_ERROR(scene->AddMaterials());
+    if (atlas != nullptr) {
+      scene->AddAtlas(*atlas);
+    } else {
+      STILLRAY_RETURN_IF_ERROR(scene->AddTexels());
+    }
     scene->AddEnergies();
     STILLRAY_RETURN_IF_ERROR(scene->BuildBottomLevels());
     STILLRAY_RETURN_IF_ERROR(scene->Update());

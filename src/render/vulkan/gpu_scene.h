@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/lens.h"
+#include "render/vulkan/texture_atlas.h"
 #include "render/vulkan/wide_bvh.h"
 
 namespace stillray::render {
@@ -27,8 +28,11 @@ struct TriangleGroup {
 class GpuScene {
  public:
   /// \param state  at its first moment; must outlive this
+  /// \param atlas  of the scene's textures, which are sampled; nullptr: their texels are in
+  ///     texels()
   /// \return kOutOfMemory; kUnsupported: too large for the indices, too deep
-  static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state);
+  static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state,
+                                                  const TextureAtlas* atlas = nullptr);
 
   /// Rebuilds the top level and the instances for the state's moment; bottom levels of instances
   /// that deform are adapted.
@@ -79,6 +83,8 @@ class GpuScene {
   Status AddDeformedVertices();
   Status AddLensMasks();
   Status AddMaterials();
+  Status AddTexels();
+  void AddAtlas(const TextureAtlas& atlas);
   void AddEnergies();
   Status BuildBottomLevels();
   Status AddStatic();

@@ -183,7 +183,7 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
                                                      uint32_t most_pixels,
                                                      const TracerParts& parts) {
   std::unique_ptr<GpuTracer> tracer(new GpuTracer(device, accel, lights, visibility));
-  tracer->constants_ = {accel->scene().with_layers() ? 1u : 0u};
+  tracer->constants_ = accel->constants();
   tracer->parts_ = parts;
   STILLRAY_RETURN_IF_ERROR(tracer->CheckLimits());
   tracer->capacity_ =
@@ -226,7 +226,7 @@ Status GpuTracer::MakeHardwarePipelines() {
       continue;
     }
     Result<std::unique_ptr<gpu::RayPipeline>> made =
-        MakeHardwarePipeline(device_, hardware, *layouts, sizeof(GpuBatch));
+        MakeHardwarePipeline(device_, hardware, *layouts, sizeof(GpuBatch), constants_);
     STILLRAY_RETURN_IF_ERROR(made.status());
     by_hardware_[shader] = std::move(*made);
   }

@@ -204,7 +204,7 @@ class GpuTracer {
   const GpuLights* lights_;
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
-  std::array<uint32_t, 1> constants_{};  // kWithLayers
+  std::array<uint32_t, 2> constants_{};  // of GpuAccel
   TracerParts parts_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;

@@ -77,10 +77,11 @@ gpu::RayPipelineInfo InfoOf(HardwareShader shader) {
 
 Result<std::unique_ptr<gpu::RayPipeline>> MakeHardwarePipeline(
     gpu::Device* device, HardwareShader shader, std::span<const VkDescriptorSetLayout> sets,
-    uint32_t push_bytes) {
+    uint32_t push_bytes, std::span<const uint32_t> constants) {
   gpu::RayPipelineInfo info = InfoOf(shader);
   info.sets = sets;
   info.push_bytes = push_bytes;
+  info.constants = constants;
   return gpu::RayPipeline::Create(device, info);
 }
 

@@ -21,8 +21,9 @@ enum class HardwareShader : uint8_t {
 };
 
 /// \param sets  of the shader, with HardwareScene::kShape as the last one
+/// \param constants  GpuAccel::constants
 Result<std::unique_ptr<gpu::RayPipeline>> MakeHardwarePipeline(
     gpu::Device* device, HardwareShader shader, std::span<const VkDescriptorSetLayout> sets,
-    uint32_t push_bytes);
+    uint32_t push_bytes, std::span<const uint32_t> constants);
 
 }  // namespace stillray::render

@@ -15,6 +15,8 @@
 
 // 0: no material of the scene has layers, which then cost nothing.
 layout(constant_id = 0) const uint kWithLayers = 1u;
+// 1: textures are sampled by the device's texture units.
+layout(constant_id = 1) const uint kSampledTextures = 0u;
 
 vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
   uint texel = texels[source.first + uint(y) * uint(source.width) + uint(x)];
@@ -26,12 +28,30 @@ vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
   return value;
 }
 
+// One fetch in place of four texels and their sRGB curve.
+vec4 SampleAtlas(GpuTexture source, vec2 place, bool srgb) {
+  vec2 first = vec2(float(source.first & 0xffffu), float(source.first >> 16));
+  vec2 scale = uintBitsToFloat(uvec2(texels[kSrgbTableSize], texels[kSrgbTableSize + 1u]));
+  vec3 at = vec3((first + place) * scale, float(source.lookup >> kAtlasLayer));
+  return srgb ? textureLod(srgb_textures, at, 0.0f) : textureLod(plain_textures, at, 0.0f);
+}
+
 vec4 SampleTexture(GpuTexture source, vec2 uv, bool srgb) {
   float x = SafeCoordinate(uv.x * float(source.width));
   float y = SafeCoordinate(uv.y * float(source.height));
   int wrap_u = int(source.lookup & 3u);
   int wrap_v = int(source.lookup >> 2 & 3u);
-  if ((source.lookup >> 4) != 0u) {
+  bool nearest = (source.lookup >> 4 & 1u) != 0u;
+  if (kSampledTextures != 0u) {
+    vec2 place = vec2(WrapCoordinate(x, float(source.width), wrap_u),
+                      WrapCoordinate(y, float(source.height), wrap_v));
+    if (nearest) {
+      place = vec2(float(WrapTexel(FloorToInt(x), source.width, wrap_u)) + 0.5f,
+                   float(WrapTexel(FloorToInt(y), source.height, wrap_v)) + 0.5f);
+    }
+    return SampleAtlas(source, place, srgb);
+  }
+  if (nearest) {
     return TexelAt(source, WrapTexel(FloorToInt(x), source.width, wrap_u),
                    WrapTexel(FloorToInt(y), source.height, wrap_v), srgb);
   }

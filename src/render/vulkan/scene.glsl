@@ -37,6 +37,9 @@ layout(std430, set = 0, binding = 7) readonly buffer Words {
 layout(std430, set = 0, binding = 8) readonly buffer Energies {
   float energies[];
 };
+// The atlas of sampled textures (texture_atlas.h), with its bytes as they are and as sRGB.
+layout(set = 0, binding = 9) uniform sampler2DArray plain_textures;
+layout(set = 0, binding = 10) uniform sampler2DArray srgb_textures;
 
 vec2 Vec2At(uint first) {
   return uintBitsToFloat(uvec2(words[first], words[first + 1u]));

@@ -183,13 +183,16 @@ const uint kAlphaMask = 1u;
 const uint kAlphaBlend = 2u;
 
 struct GpuTexture {
-  uint first;  // texel, RGBA from the lowest byte
+  uint first;  // texel, RGBA from the lowest byte; of a sampled one its place in the atlas: x, then
+               // y in the upper 16 bits
   int width;
   int height;
-  uint lookup;  // wrap_u, wrap_v in 2 bits each, then 1: nearest
+  uint lookup;  // wrap_u, wrap_v in 2 bits each, then 1: nearest; layer of the atlas << kAtlasLayer
 };
+const int kAtlasLayer = 8;
 
-// The texels start with the 256 values of the sRGB curve.
+// The texels start with the 256 values of the sRGB curve. If textures are sampled, the reciprocals
+// of the atlas's width and height follow, and no texels.
 const uint kSrgbTableSize = 256u;
 
 // Energy tables of rough lobes: scale, offset, sheen (zeros if there is none), scale and offset of

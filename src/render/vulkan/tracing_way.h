@@ -21,4 +21,11 @@ enum class FirstHits : uint8_t {
   kTrace,  ///< as all other rays
 };
 
+/// Ways of reading textures.
+enum class TextureWay : uint8_t {
+  kAuto,     ///< sampled by GPUs, unless they have no images of the size that the scene needs
+  kExact,    ///< texels from a buffer, filtered as on the CPU: the same values
+  kSampled,  ///< by texture units, which filter with fractions of 8 bits
+};
+
 }  // namespace stillray::render

@@ -67,6 +67,7 @@ class VulkanRenderer final : public Renderer {
       : device_(std::move(device)),
         tracer_options_{DrawsFirstHits(device_->info(), options.first_hits), options.most_pixels},
         way_(options.way),
+        textures_(options.textures),
         settings_(settings),
         any_transmission_(AnyTransmission(scene)),
         images_(ImagesOfScene(scene)),
@@ -132,6 +133,7 @@ class VulkanRenderer final : public Renderer {
   std::shared_ptr<gpu::Device> device_;
   PictureTracerOptions tracer_options_;
   TracingWay way_;
+  TextureWay textures_;
   RenderSettings settings_;
   bool any_transmission_;
   ImageKinds images_;  // that the scene may show
@@ -160,7 +162,8 @@ class VulkanRenderer final : public Renderer {
 Status VulkanRenderer::Build() {
   state_.Update(0.0, 0.0);
   lights_.Update(true);
-  Result<std::unique_ptr<GpuAccel>> accel = GpuAccel::Create(device_.get(), state_, way_);
+  Result<std::unique_ptr<GpuAccel>> accel =
+      GpuAccel::Create(device_.get(), state_, way_, textures_);
   STILLRAY_RETURN_IF_ERROR(accel.status());
   accel_ = std::move(*accel);
   Result<std::unique_ptr<GpuLights>> lights =

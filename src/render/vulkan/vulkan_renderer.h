@@ -16,6 +16,8 @@ namespace stillray::render {
 struct VulkanRenderOptions {
   FirstHits first_hits = FirstHits::kAuto;  ///< drawn (Visibility) or traced
   TracingWay way = TracingWay::kAuto;       ///< for all other rays
+  /// With kSampled, and kAuto on a GPU, textures differ from the CPU's by fractions of a texel.
+  TextureWay textures = TextureWay::kExact;
   /// Approximate duration of a submission in milliseconds: other users of the device wait that
   /// long.
   double submission_ms = 200;
