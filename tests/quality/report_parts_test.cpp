@@ -221,7 +221,7 @@ TEST(RenderLog, ReadsWhatChangesThePictures) {
                "device": {"allocations": 2, "bytes": 100, "largest_bytes": 60}}})");
   EXPECT_THAT(log.settings, ::testing::Contains(Pair("still", "true")));
   EXPECT_THAT(log.settings, ::testing::Contains(Pair("environment", "sky.hdr")));
-  EXPECT_EQ(log.settings.size(), 19u);
+  EXPECT_EQ(log.settings.size(), 20u);
   EXPECT_THAT(log.memory, ElementsAre(Pair("denoiser_bytes", 123)));
 }
 
