@@ -78,6 +78,7 @@ struct StagesRun {
   bool clamp_fireflies;
   bool compress_light;
   bool limit_history;
+  bool find_moving_light;  ///< within limit_history
   bool merge_future;
   bool wavelet;            ///< the levels
   bool estimate_variance;  ///< and prefilter_variance

@@ -230,16 +230,43 @@ TEST(Formulas, LimitedLength) {
   EXPECT_EQ(LimitedLength(0.5f, 0.05f, bias, 4), 0.5f);  // never raised
 }
 
+TEST(Formulas, MovingLight) {
+  // Two deviations, and a twentieth of the light.
+  EXPECT_FALSE(HasChanged(1.39f, 1, 0.04f));
+  EXPECT_TRUE(HasChanged(1.41f, 1, 0.04f));
+  EXPECT_TRUE(HasChanged(0.59f, 1, 0.04f));
+  EXPECT_FALSE(HasChanged(1.049f, 1, 0));
+  EXPECT_TRUE(HasChanged(1.051f, 1, 0));
+  EXPECT_FALSE(HasChanged(0, 0, 0));
+  // Shares of diffuse and of other light, by hand.
+  EXPECT_EQ(MovingLight(30000, 100000, true), 0.0f);
+  EXPECT_NEAR(MovingLight(40000, 100000, true), 0.5, 1e-5);
+  EXPECT_EQ(MovingLight(50000, 100000, true), 1.0f);
+  EXPECT_NEAR(MovingLight(15000, 100000, false), 0.5, 1e-5);
+  EXPECT_EQ(MovingLight(10000, 100000, false), 0.0f);
+  EXPECT_EQ(MovingLight(25000, 100000, false), 1.0f);
+  // Of a small picture all blocks have common noise.
+  EXPECT_NEAR(MovingLight(729, 729, true), 1.0 / 16, 1e-6);
+  EXPECT_EQ(MovingLight(0, 0, true), 0.0f);
+  EXPECT_EQ(DeadZone(4, 0), 4.0f);
+  EXPECT_NEAR(DeadZone(4, 0.5f), 2.3, 1e-6);
+  EXPECT_NEAR(DeadZone(4, 1), 0.6, 1e-6);
+  EXPECT_EQ(DeadZone(0, 1), 0.0f);
+  EXPECT_EQ(RatioNoise(0), 1.75f);
+  EXPECT_EQ(RatioNoise(1), 1.0f);
+}
+
 TEST(Formulas, HistoryRatio) {
   // Without noise it is the plain ratio, within its bounds.
-  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0), 1.5, 1e-6);
-  EXPECT_EQ(HistoryRatio(9, 1, 0), kMostRatio);
-  EXPECT_EQ(HistoryRatio(0.1f, 1, 0), 1 / kMostRatio);
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0, 0), 1.5, 1e-6);
+  EXPECT_EQ(HistoryRatio(9, 1, 0, 0), kMostRatio);
+  EXPECT_EQ(HistoryRatio(0.1f, 1, 0, 0), 1 / kMostRatio);
   // d^2 = 0.25, 1.75 variances of 0.05: 1 - 0.0875 / 0.25 of the difference.
-  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f), 1 + 0.65 * 0.5, 1e-6);
-  EXPECT_EQ(HistoryRatio(1.5f, 1, 0.2f), 1.0f) << "noise";
-  EXPECT_EQ(HistoryRatio(1.5f, 0, 0), 1.0f) << "there is nothing to scale";
-  EXPECT_EQ(HistoryRatio(0, 0, 0), 1.0f);
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f, 0), 1 + 0.65 * 0.5, 1e-6);
+  EXPECT_EQ(HistoryRatio(1.5f, 1, 0.2f, 0), 1.0f) << "noise";
+  EXPECT_NEAR(HistoryRatio(1.5f, 1, 0.05f, 1), 1 + 0.8 * 0.5, 1e-6) << "light moves";
+  EXPECT_EQ(HistoryRatio(1.5f, 0, 0, 0), 1.0f) << "there is nothing to scale";
+  EXPECT_EQ(HistoryRatio(0, 0, 0, 0), 1.0f);
 }
 
 TEST(Formulas, ComparisonNoise) {

@@ -85,7 +85,7 @@ void RunWideLevel(const StageTable& stages, Limited* all) {
 Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
                  const SignalHistory& history, const ReprojectionTaps& taps,
                  const GuidePlanes& guides, const LimitHistoryParameters& p,
-                 const Image1& roughness = {}) {
+                 const Image1& roughness = {}, float moving = 0) {
   Limited all;
   const size_t count = light.size();
   all.compared.assign(count, ComparedPlanes(CoarseSize(kWidth), CoarseSize(kHeight)));
@@ -103,7 +103,9 @@ Limited RunStage(const StageTable& stages, const std::vector<NewLight>& light,
   stages.compare_with_history(signals, taps, guides, roughness, &all.coarse);
   RunLevels(stages, kCorrectHistoryLevels, &all);
   RunWideLevel(stages, &all);
-  for (ComparedPlanes& compared : all.compared) {
+  for (size_t i = 0; i < count; ++i) {
+    ComparedPlanes& compared = all.compared[i];
+    compared.moving = i == 0 ? moving : 0.0f;
     stages.correct_history(compared.work, p, &compared);
   }
   RunLevels(stages, kLimitHistoryLevels, &all);
@@ -124,7 +126,7 @@ Limited RunBusy(const StageTable& stages, float shift, float lit) {
   LimitHistoryParameters p = Limits(1, 0, 16, 0.25f);
   p.fine_signals = 5;
   return RunStage(stages, light, test::MakeHistory(true), FindTaps(stages, shift),
-                  test::MakeGuides(true), p);
+                  test::MakeGuides(true), p, {}, 0.5f);
 }
 
 /// How many pixels are not within 1e-4 and 1 % of each other, of those where there is something.
@@ -440,13 +442,59 @@ TEST(LimitHistoryStage, TheWideRatioIsTheMeanChangeBeyondItsNoise) {
   EXPECT_EQ(ChangeVariance(0.04f, 0), 1);
 }
 
+// By hand; blocks without light do not count.
+TEST(LimitHistoryStage, MovingLightIsThatOfManyBlocks) {
+  constexpr int kColumns = 200;
+  constexpr int kRows = 120;
+  ComparedPlanes planes(kColumns, kRows);
+  planes.valid.Fill(1);
+  FilterPlanes averaged(kColumns, kRows, kComparedBorder);
+  averaged.colour[1].Fill(1);
+  averaged.variance.Fill(0.01f);
+  const auto moving_if = [&](int columns, bool is_diffuse) {
+    for (int y = 0; y < kRows; ++y) {
+      for (int x = 0; x < kColumns; ++x) {
+        averaged.colour[0](x, y) = x < columns ? 1.3f : 1.1f;
+      }
+    }
+    return FindMovingLight(averaged, is_diffuse, planes);
+  };
+  EXPECT_EQ(moving_if(50, true), 0.0f);
+  EXPECT_NEAR(moving_if(80, true), 0.5, 1e-5);
+  EXPECT_EQ(moving_if(100, true), 1.0f);
+  EXPECT_EQ(moving_if(20, false), 0.0f);
+  EXPECT_NEAR(moving_if(30, false), 0.5, 1e-5);
+  for (int y = 0; y < kRows; ++y) {
+    for (int x = 50; x < 100; ++x) {
+      planes.valid(x, y) = 0;
+    }
+  }
+  EXPECT_NEAR(moving_if(100, true), (50.0 / 150 - 0.3) / 0.2, 1e-5);
+}
+
+// Light that moves loses more of its history to the same change.
+TEST(LimitHistoryStage, ChangesCountForMoreWhereLightMoves) {
+  ComparedPlanes planes(8, 8);
+  planes.valid.Fill(1);
+  FilterPlanes blurred(8, 8, kComparedBorder);
+  blurred.colour[0].Fill(0.2f);  // difference
+  blurred.colour[1].Fill(0.5f);  // variance of single samples
+  blurred.variance.Fill(0.01f);  // noise: the square of the difference is four times as large
+  const LimitHistoryParameters p = Limits(1, 4, 12);
+  MeasureBias(blurred, nullptr, p, &planes);
+  EXPECT_EQ(planes.bias(3, 3), 0.0f);
+  planes.moving = 1;
+  MeasureBias(blurred, nullptr, p, &planes);
+  EXPECT_NEAR(planes.bias(3, 3), (0.04 - 1.6 * 0.01) / 0.5, 1e-6);
+}
+
 TEST(LimitHistoryStage, TheWideRatioComesBeforeThatOfTheBlock) {
   // What is left of a factor of 1.5 after a wide one of 1.4 is significant, by its noise.
   const double left = 1.5 - 1.4;
   const double share = 1 - 1.75 * 1e-3 / (left * left);
-  EXPECT_NEAR(CorrectedRatio(1.5f, 1.0f, 1e-3f, 1.4f), 1.4 * (1 + share * left / 1.4), 1e-5);
-  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.4f), 1.4f);  // noise alone is left
-  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.0f), 1.0f);
+  EXPECT_NEAR(CorrectedRatio(1.5f, 1.0f, 1e-3f, 1.4f, 0), 1.4 * (1 + share * left / 1.4), 1e-5);
+  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.4f, 0), 1.4f);  // noise alone is left
+  EXPECT_FLOAT_EQ(CorrectedRatio(1.5f, 1.0f, 1.0f, 1.0f, 0), 1.0f);
 }
 
 TEST(LimitHistoryStage, VersionsOfWideChangesAgree) {

@@ -267,6 +267,24 @@ TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
   }
 }
 
+TEST_F(DeviceDenoiser, LightThatMovesIsFoundAlike) {
+  // Large enough for the blocks of the picture to be evidence (MovingLight). A device that took the
+  // light for still would correct the history by a hundredth less.
+  const Settings settings = With("default", {{"antialias", "off"}});
+  Denoiser on_cpu = std::move(Denoiser::Create(settings).value());
+  Denoiser tested = MakeDenoiser(settings, DevicePrecision::kFloat);
+  float factor = 1;
+  for (int i = 0; i < 4; ++i, factor *= 1.25f) {
+    const Frame frame = Scaled(test::MakeSparseLight(320, 200, i, 0), factor);
+    DenoisedFrame expected;
+    DenoisedFrame got;
+    ASSERT_TRUE(on_cpu.Denoise(frame, &expected).ok());
+    ASSERT_TRUE(tested.Denoise(frame, &got).ok());
+    EXPECT_NEAR(test::MeanOf(got.colour) / test::MeanOf(expected.colour), 1, 5e-4) << i;
+    EXPECT_NEAR(test::MeanOf(got.colour) / (2 * factor), 1, 0.025) << i;  // light of two signals
+  }
+}
+
 TEST_F(DeviceDenoiser, TheSameBitsTwice) {
   for (const DevicePrecision precision : {DevicePrecision::kHalf, DevicePrecision::kFloat}) {
     Denoiser one = MakeDenoiser(PresetSettings("default").value(), precision);

@@ -180,7 +180,11 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
       RunWideLevel(p, work);
     }
   }
-  for (ComparedPlanes& compared : work->compared) {
+  const auto wide = static_cast<size_t>(p.plan.limit_history.wide_signals);
+  for (size_t i = 0; i < count; ++i) {
+    ComparedPlanes& compared = work->compared[i];
+    compared.moving =
+        p.plan.runs.find_moving_light ? FindMovingLight(compared.work, i < wide, compared) : 0.0f;
     p.stages.correct_history(compared.work, p.plan.limit_history, &compared);
   }
   RunComparedLevels(p, kLimitHistoryLevels, kAllSignals, work);

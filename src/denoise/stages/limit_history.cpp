@@ -3,6 +3,7 @@
 #include "denoise/stages/limit_history.h"
 
 #include <algorithm>
+#include <atomic>
 #include <initializer_list>
 
 #include "core/check.h"
@@ -243,13 +244,13 @@ void CompareRows(std::span<const ComparedSignal> signals, const ReprojectionTaps
   }
 }
 
-/// HistoryRatio.
-HWY_INLINE VF RatioOf(VF present, VF before, VF noise) {
+/// HistoryRatio. \param ratio_noise  RatioNoise
+HWY_INLINE VF RatioOf(VF present, VF before, VF noise, float ratio_noise) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
   const VF least = hn::Set(d, 1e-20f);
   const VF change = hn::Sub(present, before);
-  const VF unexplained = hn::Div(hn::Mul(hn::Set(d, kRatioNoise), noise),
+  const VF unexplained = hn::Div(hn::Mul(hn::Set(d, ratio_noise), noise),
                                  hn::Max(hn::Mul(change, change), hn::Set(d, 1e-30f)));
   const VF significance = hn::Max(hn::Sub(one, unexplained), hn::Zero(d));
   const VF ratio = hn::Add(one, hn::Div(hn::Mul(significance, change), hn::Max(before, least)));
@@ -353,6 +354,7 @@ void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParamete
   const VF one = hn::Set(d, 1.0f);
   const FilterPlanes& compressed = planes->compressed;
   const bool corrects = p.correct_history != 0;
+  const float ratio_noise = RatioNoise(planes->moving);
   const bool jittered = p.jitter_x != 0 || p.jitter_y != 0;
   const int width = planes->ratio.width();
   for (int y = begin; y < end; ++y) {
@@ -369,7 +371,8 @@ void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParamete
         const VF expected = load(averaged.variance, x);
         const VF wide = WideRatioOf(load(changes.colour[0], x), load(changes.colour[1], x),
                                     VarianceOfNoise(expected, before), load(changes.variance, x));
-        const VF left = RatioOf(load(averaged.colour[0], x), hn::Mul(before, wide), expected);
+        const VF left =
+            RatioOf(load(averaged.colour[0], x), hn::Mul(before, wide), expected, ratio_noise);
         ratio = hn::IfThenElse(valid, hn::Mul(wide, left), one);
       }
       VF difference =
@@ -459,15 +462,41 @@ void RaiseBias(const FilterPlanes& level, float dead, int y, float* bias) {
 
 }  // namespace
 
+float FindMovingLight(const FilterPlanes& averaged, bool is_diffuse, const ComparedPlanes& planes) {
+  const int width = planes.valid.width();
+  std::atomic<int64_t> changed = 0;
+  std::atomic<int64_t> known = 0;
+  ParallelRows(planes.valid.height(), 32, [&](int y0, int y1) {
+    int changed_here = 0;
+    int known_here = 0;
+    for (int y = y0; y < y1; ++y) {
+      const float* valid = planes.valid.Row(y);
+      const float* present = averaged.colour[0].Row(y);
+      const float* history = averaged.colour[1].Row(y);
+      const float* noise = averaged.variance.Row(y);
+      for (int x = 0; x < width; ++x) {
+        const bool counts = valid[x] > 0;
+        const bool differs = HasChanged(present[x], history[x], noise[x]);
+        known_here += counts ? 1 : 0;
+        changed_here += counts && differs ? 1 : 0;
+      }
+    }
+    changed += changed_here;
+    known += known_here;
+  });
+  return MovingLight(static_cast<float>(changed), static_cast<float>(known), is_diffuse);
+}
+
 void MeasureBias(const FilterPlanes& blurred, const FilterPlanes* fine,
                  const LimitHistoryParameters& p, ComparedPlanes* planes) {
+  const float dead = DeadZone(p.limit_dead, planes->moving);
   ParallelRows(planes->bias.height(), 16, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       float* bias = planes->bias.Row(y);
       std::fill_n(bias, planes->bias.width(), 0.0f);
-      RaiseBias(blurred, p.limit_dead, y, bias);
+      RaiseBias(blurred, dead, y, bias);
       if (fine != nullptr) {
-        RaiseBias(*fine, kFineDead * p.limit_dead, y, bias);
+        RaiseBias(*fine, kFineDead * dead, y, bias);
       }
       const float* valid = planes->valid.Row(y);
       for (int x = 0; x < planes->bias.width(); ++x) {

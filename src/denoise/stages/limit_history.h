@@ -60,6 +60,7 @@ struct ComparedPlanes {
   Image1 valid;       ///< 1 where both exist in some pixel of the block
   Image1 ratio;       ///< HistoryRatio; 1 without either
   Image1 bias;        ///< RelativeBias; 0 without either
+  float moving = 0;   ///< MovingLight; 0: light is taken for still
 
   ComparedPlanes() = default;
   ComparedPlanes(int width, int height)
@@ -108,6 +109,11 @@ void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
 namespace cpu {
 void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
 }
+
+/// After the levels of correct_history: how much the light moves, from the `averaged` light.
+/// \param is_diffuse  the signal has diffuse light
+/// \return MovingLight
+float FindMovingLight(const FilterPlanes& averaged, bool is_diffuse, const ComparedPlanes& planes);
 
 /// Between the levels: the ratio from the `averaged` light and the `wide` change (1 if the
 /// parameters turn it off), and in `light` the input of limit_history's levels: compressed present

@@ -140,7 +140,7 @@ void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& 
         const float wide = WideRatio(changes.colour[0](x, y), changes.colour[1](x, y), variance,
                                      changes.variance(x, y));
         ratio = CorrectedRatio(averaged.colour[0](x, y), averaged.colour[1](x, y),
-                               averaged.variance(x, y), wide);
+                               averaged.variance(x, y), wide, planes->moving);
       }
       const Jittered jittered = JitteredAt(*planes, p, x, y);
       planes->ratio(x, y) = ratio;

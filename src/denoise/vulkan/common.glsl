@@ -78,11 +78,13 @@ layout(set = 0, binding = 25, rgba32f) writeonly uniform image2D colour_float;
 layout(set = 0, binding = 26, rgba16f) writeonly uniform image2D colour_half;
 layout(set = 0, binding = 27, rgba8) writeonly uniform image2D display_image;
 #include "denoise/vulkan/frame_shared.h"
-// Work of one frame. light_bins is zero between frames.
+// Work of one frame. light_bins and the counts of blocks are zero between frames.
 layout(set = 0, binding = 30, std430) buffer Partials {
   uint light_bins[STILLRAY_LIGHT_BINS];  // see negative_limit.h
   float negative_limit;                  // light that is less negative is zero
   float unused[3];
+  uint changed_blocks[4];  // of each signal: see measure_change.comp
+  uint known_blocks[4];
   vec4 partials[];  // two of each workgroup
 };
 

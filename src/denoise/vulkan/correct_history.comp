@@ -48,7 +48,7 @@ void main() {
         of_wide = WideRatio(change.x / kChangeScale, change.y / (kChangeScale * kChangeScale),
                             ChangeVariance(VarianceOf(light.w), light.y), VarianceOf(change.w));
       }
-      ratio = CorrectedRatio(light.x, light.y, VarianceOf(light.w), of_wide);
+      ratio = CorrectedRatio(light.x, light.y, VarianceOf(light.w), of_wide, MovingLightOf(s));
     }
     float difference = ratio != 1.0f ? c.x + (c.y - ScaledCompressed(c.y, ratio)) : c.x;
     float deviation = c.w;

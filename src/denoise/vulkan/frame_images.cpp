@@ -120,7 +120,7 @@ Result<FrameImages> AddImages(const Shape& shape, gpu::Arena* arena) {
   images.parameters = adder.AddBuffer(sizeof(FrameParameters), VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT);
   images.state = adder.AddBuffer(sizeof(FrameState), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);
   constexpr VkDeviceSize kBytesPerGroup = 2 * 4 * sizeof(float);
-  constexpr VkDeviceSize kBytesBeforeGroups = (STILLRAY_LIGHT_BINS + 4) * sizeof(float);
+  constexpr VkDeviceSize kBytesBeforeGroups = (STILLRAY_LIGHT_BINS + 12) * sizeof(float);
   images.partials = adder.AddBuffer(
       kBytesBeforeGroups + GroupsFor(shape.width, shape.height).count() * kBytesPerGroup,
       VK_BUFFER_USAGE_STORAGE_BUFFER_BIT);

@@ -17,7 +17,7 @@
 //   update_compression   sums                                scales                    (the first frame, only for limit_history)
 //   compare_history      new light, fetched history, guides  compared, half size       16 + 18 n, 4 + 4 n  (only for limit_history, as the next six)
 //   atrous, 3 levels     compared, coarse guides             compared                  3 (4 + 2 n), 3 (2 n)
-//   measure_change       compared                            compared                  2 n, 2 n
+//   measure_change       compared                            compared, counts          2 n, 2 n
 //   atrous, wide         compared, coarse guides             changes                   4 + 2 n, 2 n
 //   correct_history      compared, changes                   compared, ratio           6 n, 3 n
 //   atrous, 2 levels     compared, coarse guides             compared                  2 (4 + 2 n), 2 (2 n)
@@ -339,10 +339,9 @@ void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorde
   }
 }
 
-/// The wide change, from the light in the second image of the coarse grid.
+/// The wide change, from those in the first image of the coarse grid.
 void FramePipeline::RunWideLevel(PassRecorder* recorder) {
   const FrameImages& i = images_;
-  recorder->Run(Shader::kMeasureChange, CoarseGrid(), {i.compared[1], i.compared[0]});
   const LevelPush push = {kWideLevel.step, 0, 1};
   recorder->CountAs("limit_history");
   RunAtrous(CoarseSize(shape_.width), CoarseSize(shape_.height),
@@ -364,6 +363,9 @@ void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) 
                 "levels in the second");
   if (plan.limit_history.correct_history != 0) {
     RunComparedLevels("limit_history", kCorrectHistoryLevels, recorder);
+    if (plan.limit_history.wide_signals > 0 || plan.runs.find_moving_light) {
+      recorder->Run(Shader::kMeasureChange, CoarseGrid(), {i.compared[1], i.compared[0]});
+    }
     if (plan.limit_history.wide_signals > 0) {
       RunWideLevel(recorder);
     }

@@ -35,6 +35,7 @@ void main() {
     ivec3 at = ivec3(p, s);
     float n = texelFetch(noisy, at, 0).w;
     bool has_samples = surface.inverse_depth > 0.0f && n > 0.0f;
+    float dead = DeadZone(limit_history.limit_dead, MovingLightOf(s));
     bool is_fine = (limit_history.fine_signals >> s & 1) != 0;
     vec3 sum = vec3(0.0f);  // ratio, bias, weight
     [[unroll]] for (int k = 0; k < 4; ++k) {
@@ -44,10 +45,9 @@ void main() {
       ivec3 block = ivec3(around.block[k], s);
       vec4 c = texelFetch(blurred, block, 0);
       if (IsValid(c.w)) {
-        float bias = BiasOf(c, limit_history.limit_dead);
+        float bias = BiasOf(c, dead);
         if (is_fine) {
-          bias = max(bias, BiasOf(texelFetch(fine_blurred, block, 0),
-                                  kFineDead * limit_history.limit_dead));
+          bias = max(bias, BiasOf(texelFetch(fine_blurred, block, 0), kFineDead * dead));
         }
         sum += around.weight[k] * vec3(texelFetch(ratio_image, block, 0).x, bias, 1.0f);
       }

@@ -14,6 +14,14 @@ ivec2 CoarseSize() {
   return (Size() + 1) / 2;
 }
 
+// MovingLight of a signal, after measure_change.
+float MovingLightOf(int s) {
+  bool finds = limit_history.correct_history != 0 && atrous.grows == 0;  // find_moving_light
+  return finds ? MovingLight(float(changed_blocks[s]), float(known_blocks[s]),
+                             s < limit_history.wide_signals)
+               : 0.0f;
+}
+
 // Largest length that a history with these moments may count for. \param limits  the result of
 // limit_history: ratio, relative bias
 float MostLength(vec4 m, vec4 limits) {

@@ -19,9 +19,9 @@
   X(Reproject, "reproject", 8, 4, 0, 0, kRead, kNone)                     \
   X(UpdateCompression, "limit_history", 0, 0, 0, 4, kBoth, kRead)         \
   X(CompareHistory, "limit_history", 5, 4, 0, 0, kRead, kNone)            \
-  X(MeasureChange, "limit_history", 1, 1, 0, 0, kNone, kNone)             \
-  X(CorrectHistory, "limit_history", 3, 2, 0, 0, kNone, kNone)            \
-  X(LimitHistory, "limit_history", 7, 1, 0, 0, kNone, kNone)              \
+  X(MeasureChange, "limit_history", 1, 1, 0, 0, kNone, kBoth)             \
+  X(CorrectHistory, "limit_history", 3, 2, 0, 0, kNone, kRead)            \
+  X(LimitHistory, "limit_history", 7, 1, 0, 0, kNone, kRead)              \
   X(Accumulate, "accumulate", 7, 4, 0, 4, kRead, kNone)                   \
   X(ReprojectAccumulate, "accumulate", 10, 3, 0, 0, kRead, kNone)         \
   X(MeasureHistory, "estimate_variance", 1, 0, 0, 0, kNone, kWritten)     \

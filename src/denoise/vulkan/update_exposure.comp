@@ -96,6 +96,8 @@ void main() {
   }
   float brightness = other.x / max(other.z, 1.0f);
   for (int s = 0; s < 4; ++s) {
+    changed_blocks[s] = 0u;
+    known_blocks[s] = 0u;
     float mean = light[s] / max(other.y, 1.0f);
     float old = has_history != 0 ? exposure[s] : 0.0f;
     float chosen = ChooseExposure(old, mean);
