@@ -103,6 +103,23 @@ void ShortenByConfidence(const ReprojectionTaps& taps, SignalHistory* fetched) {
   }
 }
 
+/// ComparedPlanes::moving of all signals: indirect diffuse light moves with the lamp that direct
+/// light shows.
+void FindMovingLight(const CpuPipeline& p, LayerWork* work) {
+  const auto diffuse = static_cast<size_t>(p.plan.limit_history.wide_signals);
+  float most = 0;
+  for (size_t i = 0; i < work->compared.size(); ++i) {
+    ComparedPlanes& compared = work->compared[i];
+    compared.moving = p.plan.runs.find_moving_light
+                          ? FindMovingLight(compared.work, i < diffuse, compared)
+                          : 0.0f;
+    most = i < diffuse ? std::max(most, compared.moving) : most;
+  }
+  for (size_t i = 0; i < std::min(diffuse, work->compared.size()); ++i) {
+    work->compared[i].moving = most;
+  }
+}
+
 /// The outputs "limit" and "ratio".
 void KeepLimits(const CpuPipeline& p, const LayerHistory& history, const LayerWork& work,
                 FrameOutputs* outputs) {
@@ -180,11 +197,8 @@ void RunLimitHistory(const CpuPipeline& p, const FrameInput& in, const LayerHist
       RunWideLevel(p, work);
     }
   }
-  const auto wide = static_cast<size_t>(p.plan.limit_history.wide_signals);
-  for (size_t i = 0; i < count; ++i) {
-    ComparedPlanes& compared = work->compared[i];
-    compared.moving =
-        p.plan.runs.find_moving_light ? FindMovingLight(compared.work, i < wide, compared) : 0.0f;
+  FindMovingLight(p, work);
+  for (ComparedPlanes& compared : work->compared) {
     p.stages.correct_history(compared.work, p.plan.limit_history, &compared);
   }
   RunComparedLevels(p, kLimitHistoryLevels, kAllSignals, work);

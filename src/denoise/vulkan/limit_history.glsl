@@ -14,12 +14,19 @@ ivec2 CoarseSize() {
   return (Size() + 1) / 2;
 }
 
-// MovingLight of a signal, after measure_change.
+// MovingLight of a signal, after measure_change: of diffuse light, the largest.
 float MovingLightOf(int s) {
-  bool finds = limit_history.correct_history != 0 && atrous.grows == 0;  // find_moving_light
-  return finds ? MovingLight(float(changed_blocks[s]), float(known_blocks[s]),
-                             s < limit_history.wide_signals)
-               : 0.0f;
+  if (limit_history.correct_history == 0 || atrous.grows != 0) {  // find_moving_light
+    return 0.0f;
+  }
+  bool is_diffuse = s < limit_history.wide_signals;
+  int first = is_diffuse ? 0 : s;
+  int end = is_diffuse ? limit_history.wide_signals : s + 1;
+  float moving = 0.0f;
+  for (int i = first; i < end; ++i) {
+    moving = max(moving, MovingLight(float(changed_blocks[i]), float(known_blocks[i]), is_diffuse));
+  }
+  return moving;
 }
 
 // Largest length that a history with these moments may count for. \param limits  the result of
