@@ -162,9 +162,10 @@ SHARED_FN float JitterNoise(float dx, float dy) {
 }
 
 // Where a lamp moves, the light of most of the picture changes; else that of some shadows and
-// reflections. So the picture tells how likely a change is in each of its parts: what is known of
-// one from few samples is judged by what happens to all (empirical Bayes). A block has changed if
-// present and history differ by more than two deviations, and a little.
+// reflections. So the share of changed blocks in the whole picture estimates the prior probability
+// of a change at each of them (empirical Bayes), which a few samples cannot separate from noise. A
+// block has changed if present and history differ by more than two deviations, and by a small part
+// of the light.
 const float kChangedVariances = 4.0f;
 const float kLeastMovement = 0.05f;
 SHARED_FN bool HasChanged(float present, float history, float noise) {
