@@ -268,8 +268,8 @@ TEST_F(DeviceDenoiser, LightThatGrowsAThousandfoldKeepsItsHistory) {
 }
 
 TEST_F(DeviceDenoiser, LightThatMovesIsFoundAlike) {
-  // Large enough for the blocks of the picture to be evidence (MovingLight). A device that took the
-  // light for still would correct the history by a hundredth less.
+  // Large enough for the blocks of the picture to be evidence (MovingLight). With a MovingLight of
+  // 0 the history would be corrected by a hundredth less.
   const Settings settings = With("default", {{"antialias", "off"}});
   Denoiser on_cpu = std::move(Denoiser::Create(settings).value());
   Denoiser tested = MakeDenoiser(settings, DevicePrecision::kFloat);

@@ -13,6 +13,7 @@
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
 #include "render_gpu/expect_frame.h"
+#include "render_gpu/moments.h"
 
 namespace stillray::render {
 namespace {
@@ -25,14 +26,6 @@ class DeviceFrameTest : public test::DeviceTest {
     auto renderer = CreateVulkanRenderer(scene, settings, device_);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
-  }
-
-  static RenderMoment Moment(int64_t index) {
-    RenderMoment moment;
-    moment.frame_index = index;
-    moment.seconds = static_cast<double>(index) / 10;
-    moment.previous_seconds = moment.seconds - 0.1;
-    return moment;
   }
 
   static void Render(bool on_device, int64_t index, Renderer* renderer, Frame* frame) {

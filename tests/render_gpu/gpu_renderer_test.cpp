@@ -10,6 +10,7 @@
 #include "render/deforming_scene.h"
 #include "render/test_scenes.h"
 #include "render_gpu/everything_scene.h"
+#include "render_gpu/moments.h"
 #include "render_gpu/tracing_ways.h"
 
 namespace stillray::render {
@@ -38,14 +39,6 @@ class GpuRendererTest : public TracingWaysTest {
     auto renderer = Renderer::Create(scene, settings);
     EXPECT_TRUE(renderer.ok()) << renderer.status().message();
     return renderer.ok() ? std::move(*renderer) : nullptr;
-  }
-
-  static RenderMoment Moment(int64_t index) {
-    RenderMoment moment;
-    moment.frame_index = index;
-    moment.seconds = static_cast<double>(index) / 10;
-    moment.previous_seconds = moment.seconds - 0.1;
-    return moment;
   }
 
   static void ExpectFew(double differing, double most) {

@@ -88,7 +88,7 @@ TEST(StepForecastTest, FollowsTheLongestPathsOfTheLastFrame) {
   EXPECT_EQ(forecast.Planned(30), 22);
   forecast.NextFrame();
   forecast.NextFrame();
-  EXPECT_EQ(forecast.Planned(30), 30);  // a frame without paths at all tells nothing
+  EXPECT_EQ(forecast.Planned(30), 30);  // a frame without paths has no longest one
 }
 
 TEST(StepForecastTest, AFrameOfSkyHasNoSteps) {

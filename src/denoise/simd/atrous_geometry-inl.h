@@ -60,8 +60,8 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
   return sums;
 }
 
-/// Sums of a dense signal: it has light on every surface (kComplete), or every plane
-/// is zero where it has none.
+/// Sums of a dense signal: it has light on every surface (kComplete), or every plane is zero where
+/// it has none.
 template <int kPairs, bool kComplete, bool kRed>
 HWY_INLINE GeometrySums SumDenseTaps(const TapPairs& taps, float centre_kernel,
                                      const SignalRow& row, TapSlots weights, int x) {
@@ -203,6 +203,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
 
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const EdgeStopping& edges = pass.parameters->edges;
+  const bool plane = edges.depth_weight_plane != 0;
   if (edges.depth_weight_position != 0) {
     FilterRowByGeometry<Normals::kLogarithm, Depths::kPosition>(pass, y);
     return;
@@ -213,10 +214,12 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
       FilterRowByGeometry<Normals::kLogarithm, Depths::kEither>(pass, y);
       break;
     case Normals::kParabola:
-      FilterRowByGeometry<Normals::kParabola, Depths::kEither>(pass, y);
+      plane ? FilterRowByGeometry<Normals::kParabola, Depths::kPlane>(pass, y)
+            : FilterRowByGeometry<Normals::kParabola, Depths::kGradient>(pass, y);
       break;
     case Normals::kCurved:
-      FilterRowByGeometry<Normals::kCurved, Depths::kEither>(pass, y);
+      plane ? FilterRowByGeometry<Normals::kCurved, Depths::kPlane>(pass, y)
+            : FilterRowByGeometry<Normals::kCurved, Depths::kEither>(pass, y);
       break;
   }
 }

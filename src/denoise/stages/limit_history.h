@@ -60,7 +60,7 @@ struct ComparedPlanes {
   Image1 valid;       ///< 1 where both exist in some pixel of the block
   Image1 ratio;       ///< HistoryRatio; 1 without either
   Image1 bias;        ///< RelativeBias; 0 without either
-  float moving = 0;   ///< MovingLight; 0: light is taken for still
+  float moving = 0;   ///< MovingLight; 0: still light
 
   ComparedPlanes() = default;
   ComparedPlanes(int width, int height)

@@ -178,7 +178,7 @@ SHARED_FN bool HasChanged(float present, float history, float noise) {
 // changed and of those with present and history. Shadows, and what comes into view, change up to a
 // third of the diffuse light even so, and a twelfth of other light (measured; moving lamps 0.43 to
 // 0.84, and 0.14 to 0.23). Means are over 27x27 blocks: with fewer than sixteen such neighbourhoods
-// the noise of one of them could be taken for movement.
+// the noise of a single one can exceed these shares.
 const float kMovementEvidence = 16.0f * 27.0f * 27.0f;
 SHARED_FN float MovingLight(float changed, float known, bool is_diffuse) {
   float share = changed / max(known, 1.0f);
