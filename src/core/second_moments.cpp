@@ -359,13 +359,7 @@ const VirtualGuides& ImageOf(const Frame& frame, SignalKind kind) {
 bool LacksSecondMoments(const Frame& frame) {
   const bool has_all = std::all_of(frame.signals.begin(), frame.signals.end(),
                                    [](const Signal& s) { return !s.second_moment.empty(); });
-  for (int y = 0; !has_all && y < frame.samples.height(); ++y) {
-    const float* row = frame.samples.Row(y);
-    if (std::any_of(row, row + frame.samples.width(), [](float n) { return n > 1; })) {
-      return true;
-    }
-  }
-  return false;
+  return !has_all && AnyPixel(frame.samples, [](float n) { return n > 1; });
 }
 
 void EstimateSecondMoments(Frame* frame) {

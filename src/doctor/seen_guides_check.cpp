@@ -115,18 +115,9 @@ std::optional<io::Lens> LensOf(const Guides& g, const Image1& seen,
 }
 
 /// Whether one of the planes is not zero somewhere.
-bool HasValues(const Image1& plane) {
-  for (int y = 0; y < plane.height(); ++y) {
-    const float* row = plane.Row(y);
-    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
-      return true;
-    }
-  }
-  return false;
-}
-
-bool HasValues(const Image3& image) {
-  return HasValues(image[0]) || HasValues(image[1]) || HasValues(image[2]);
+template <typename Image>
+bool HasValues(const Image& image) {
+  return AnyPixel(image, [](float v) { return v != 0; });
 }
 
 /// A layer of what is seen, and how far it is not that of plain surfaces.

@@ -12,6 +12,7 @@
 
 #include "core/median.h"
 #include "core/parallel.h"
+#include "core/pixels.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
 
@@ -154,15 +155,7 @@ class ZoomFit {
 };
 
 bool IsZero(const Frame& frame) {
-  for (int c = 0; c < 2; ++c) {
-    for (int y = 0; y < frame.height; ++y) {
-      const float* row = frame.guides.motion[c].Row(y);
-      if (std::any_of(row, row + frame.width, [](float v) { return std::fabs(v) > 1e-3f; })) {
-        return false;
-      }
-    }
-  }
-  return true;
+  return !AnyPixel(frame.guides.motion, [](float v) { return std::fabs(v) > 1e-3f; });
 }
 
 class StillMotionCheck : public Check {

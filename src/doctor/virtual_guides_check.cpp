@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "core/pixels.h"
 #include "doctor/check.h"
 #include "doctor/warp.h"
 
@@ -163,13 +164,7 @@ class VirtualGuidesCheck : public Check {
   static bool HasHit(const Exhibit& now) {
     const Image1 hits =
         ConvertHitDistance(StoredPlane(now, Aov::kHitDistance, 0), now.layout->hit_distance);
-    for (int y = 0; y < hits.height(); ++y) {
-      const float* row = hits.Row(y);
-      if (std::any_of(row, row + hits.width(), [](float hit) { return hit > 0; })) {
-        return true;
-      }
-    }
-    return false;
+    return AnyPixel(hits, [](float hit) { return hit > 0; });
   }
 
   /// Single frames may show nothing that reflects.

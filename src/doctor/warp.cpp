@@ -2,7 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "doctor/warp.h"
 
+#include <algorithm>
+
 #include "core/parallel.h"
+#include "core/pixels.h"
 
 namespace stillray::doctor {
 namespace {
@@ -15,15 +18,9 @@ float FiniteOr0(float value) {
 }
 
 bool Varies(const Image3& image) {
-  for (int c = 0; c < 3; ++c) {
-    for (int y = 0; y < image.height(); ++y) {
-      const float* row = image[c].Row(y);
-      if (std::any_of(row, row + image.width(), [&](float v) { return v != image[c](0, 0); })) {
-        return true;
-      }
-    }
-  }
-  return false;
+  return std::any_of(image.channel.begin(), image.channel.end(), [](const Image1& plane) {
+    return AnyPixel(plane, [&](float v) { return v != plane(0, 0); });
+  });
 }
 
 /// Mean of 7 x 7 pixels: smaller windows are too noisy at one sample per pixel.

@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Converts a file's layers to a Frame whose light adds up to the file's colour.
-#include <algorithm>
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -52,18 +51,12 @@ std::vector<float> Numbers(const std::map<std::string, std::string>& attributes,
   return numbers;
 }
 
-bool IsZero(const Image1& plane) {
-  for (int y = 0; y < plane.height(); ++y) {
-    const float* row = plane.Row(y);
-    if (std::any_of(row, row + plane.width(), [](float v) { return v != 0; })) {
-      return false;
-    }
-  }
-  return true;
+bool IsNotZero(float value) {
+  return value != 0;
 }
 
 bool HasLight(const Image3& light) {
-  return !light.empty() && !(IsZero(light[0]) && IsZero(light[1]) && IsZero(light[2]));
+  return AnyPixel(light, IsNotZero);
 }
 
 }  // namespace
@@ -496,7 +489,7 @@ Image2 Importer::NextMotion(const JitterPair& jitter) const {
   }
   const Image1 x = Values(source->channels[0]);
   const Image1 y = Values(source->channels[1]);
-  if (IsZero(x) && IsZero(y)) {
+  if (!AnyPixel(x, IsNotZero) && !AnyPixel(y, IsNotZero)) {
     return {};
   }
   Image2 motion =

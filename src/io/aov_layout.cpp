@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "core/nearest_names.h"
+#include "core/pixels.h"
 #include "io/aov_light.h"
 #include "io/aov_mapping.h"
 #include "io/aov_presets.h"
@@ -405,12 +406,8 @@ void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
   const AovSource* id = layout->Find(Aov::kId);
   if (id != nullptr && id_is_index) {
     const Channel* channel = image.Find(id->channels[0]);
-    bool any = false;
-    for (int y = 0; channel != nullptr && y < channel->values.height() && !any; ++y) {
-      const float* row = channel->values.Row(y);
-      any = std::any_of(row, row + channel->values.width(), [](float v) { return v != 0; });
-    }
-    if (!any && channel != nullptr && channel->type != PixelType::kUint32) {
+    if (channel != nullptr && channel->type != PixelType::kUint32 &&
+        !AnyPixel(channel->values, [](float v) { return v != 0; })) {
       layout->notes.push_back(fmt::format("{} is zero everywhere and is not used", id->layer));
       io::Drop(Aov::kId, layout);
     }

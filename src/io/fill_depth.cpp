@@ -206,16 +206,6 @@ bool IsSampleOfVolume(const Plane<uint8_t>& seen, int x, int y) {
          (what == kDark && CountAround(seen, kSurface, 1, x, y) >= kMostAround);
 }
 
-bool HasAny(const Plane<uint8_t>& seen, uint8_t what) {
-  for (int y = 0; y < seen.height(); ++y) {
-    const uint8_t* row = seen.Row(y);
-    if (std::find(row, row + seen.width(), what) != row + seen.width()) {
-      return true;
-    }
-  }
-  return false;
-}
-
 void Normalise(int x, int y, Image3* normal) {
   const vec3 n = VectorAt(*normal, x, y);
   const float length = std::sqrt(dot(n, n));
@@ -244,7 +234,7 @@ Plane<uint8_t> FindCoveredWithoutDepth(const Frame& frame, const Image1& alpha) 
   Plane<uint8_t> seen(frame.width, frame.height);
   ForEachPixel(frame.width, frame.height,
                [&](int x, int y) { seen(x, y) = WhatIsSeen(frame, x, y); });
-  const bool any_volume = HasAny(seen, kVolume);
+  const bool any_volume = AnyPixel(seen, [](uint8_t what) { return what == kVolume; });
   Plane<uint8_t> marked(frame.width, frame.height);
   std::atomic<bool> any = false;
   ForEachPixel(frame.width, frame.height, [&](int x, int y) {

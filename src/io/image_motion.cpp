@@ -2,7 +2,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "io/image_motion.h"
 
-#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -14,13 +13,7 @@ namespace stillray::io {
 namespace {
 
 bool Contains(const Plane<uint8_t>& kinds, ImageKind kind) {
-  for (int y = 0; y < kinds.height(); ++y) {
-    const uint8_t* row = kinds.Row(y);
-    if (std::find(row, row + kinds.width(), static_cast<uint8_t>(kind)) != row + kinds.width()) {
-      return true;
-    }
-  }
-  return false;
+  return AnyPixel(kinds, [kind](uint8_t found) { return found == static_cast<uint8_t>(kind); });
 }
 
 }  // namespace

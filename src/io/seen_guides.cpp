@@ -76,24 +76,8 @@ void MakeImages(Frame* frame, FrameImages* images) {
   }
 }
 
-bool HasSurface(const Image1& depth) {
-  for (int y = 0; y < depth.height(); ++y) {
-    const float* row = depth.Row(y);
-    if (std::any_of(row, row + depth.width(), IsSurface)) {
-      return true;
-    }
-  }
-  return false;
-}
-
 bool HasImage(const Plane<uint8_t>& kinds) {
-  for (int y = 0; y < kinds.height(); ++y) {
-    const uint8_t* row = kinds.Row(y);
-    if (std::any_of(row, row + kinds.width(), [](uint8_t kind) { return kind != 0; })) {
-      return true;
-    }
-  }
-  return false;
+  return AnyPixel(kinds, [](uint8_t kind) { return kind != 0; });
 }
 
 /// The normals of pixels in which nothing else is seen; others are zero.
@@ -265,7 +249,7 @@ NoSeenGuides CheckSeenGuides(const SeenLayers& seen, const Guides& guides, bool 
 void SetSeenGuides(const SeenLayers& layers, Frame* frame, FrameImages* images) {
   const Guides& g = frame->guides;
   MakeImages(frame, images);
-  if (!HasSurface(g.depth)) {
+  if (!AnyPixel(g.depth, IsSurface)) {
     return;
   }
   SeenFit fit;

@@ -204,15 +204,7 @@ Result<std::optional<CameraMatrices>> CameraOfFrame(const MotionPlan& plan,
 }
 
 bool IsStill(const Image2& motion) {
-  for (int c = 0; c < 2; ++c) {
-    for (int y = 0; y < motion.height(); ++y) {
-      const float* row = motion[c].Row(y);
-      if (std::any_of(row, row + motion.width(), [](float v) { return v != 0; })) {
-        return false;
-      }
-    }
-  }
-  return true;
+  return !AnyPixel(motion, [](float v) { return v != 0; });
 }
 
 void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour,
@@ -245,13 +237,7 @@ Image2 KnownMotion(const Image2& motion) {
 }
 
 bool HasImage(const VirtualGuides& images) {
-  for (int y = 0; y < images.depth.height(); ++y) {
-    const float* row = images.depth.Row(y);
-    if (std::any_of(row, row + images.depth.width(), [](float depth) { return depth > 0; })) {
-      return true;
-    }
-  }
-  return false;
+  return AnyPixel(images.depth, [](float depth) { return depth > 0; });
 }
 
 /// Images of planar surfaces where the roughness is 0, of convex ones elsewhere.

@@ -30,15 +30,7 @@ const NamedImage* Find(const DenoisedFrame& denoised, const std::string& name) {
 }
 
 bool IsBlack(const Image3& image) {
-  for (int c = 0; c < 3; ++c) {
-    for (int y = 0; y < image.height(); ++y) {
-      const float* row = image[c].Row(y);
-      if (std::any_of(row, row + image.width(), [](float v) { return v > 0; })) {
-        return false;
-      }
-    }
-  }
-  return true;
+  return !AnyPixel(image, [](float v) { return v > 0; });
 }
 
 /// The albedo that divides the layer, or nullptr if the layer includes it.

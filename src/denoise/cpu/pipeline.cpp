@@ -44,6 +44,7 @@
 #include <utility>
 
 #include "core/negative_limit.h"
+#include "core/pixels.h"
 #include "denoise/copy_image.h"
 #include "denoise/cpu/detail.h"
 #include "denoise/cpu/energy.h"
@@ -327,18 +328,7 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
 
 /// Whether anything in the picture moves.
 bool Moves(const Image2& motion) {
-  for (int y = 0; y < motion.height(); ++y) {
-    const float* mx = motion[0].Row(y);
-    const float* my = motion[1].Row(y);
-    bool moves = false;
-    for (int x = 0; x < motion.width(); ++x) {
-      moves |= !(mx[x] == 0 && my[x] == 0);
-    }
-    if (moves) {
-      return true;
-    }
-  }
-  return false;
+  return AnyPixel(motion, [](float v) { return v != 0; });
 }
 
 /// The albedo of reflected light, with that of what is seen where images are.
