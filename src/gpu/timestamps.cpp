@@ -48,6 +48,13 @@ void Timestamps::Mark(VkCommandBuffer commands, std::string_view name) {
   context_->vk.CmdWriteTimestamp(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT, pool_,
                                  first + static_cast<uint32_t>(names_[frame_].size()));
   names_[frame_].push_back(name);
+  if (context_->is_software) {
+    // Once a device has drawn, Mesa's llvmpipe takes the time when its rasteriser next runs, after
+    // the part that the mark begins. A barrier makes it run now.
+    context_->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT,
+                                    VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0, 0, nullptr, 0, nullptr, 0,
+                                    nullptr);
+  }
 }
 
 std::vector<DeviceTime> Timestamps::Read() const {

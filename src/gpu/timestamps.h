@@ -37,7 +37,7 @@ class Timestamps {
   /// Resets the marks of a frame; record it before its first one. \param number  of the frame; the
   ///     device has finished the frame that is `frames` frames older
   void Begin(VkCommandBuffer commands, uint32_t number = 0);
-  /// Begins a part of that frame. Marks beyond the maximum are not measured.
+  /// Begins a part of that frame; outside render passes. Marks beyond the maximum are not measured.
   void Mark(VkCommandBuffer commands, std::string_view name);
   /// Ends the last part.
   void End(VkCommandBuffer commands) { Mark(commands, {}); }

@@ -14,7 +14,7 @@ struct CallCounts {
   int submissions = 0;
   int waits = 0;
   int dispatches = 0;  ///< direct and indirect
-  int barriers = 0;
+  int barriers = 0;    ///< of memory: Timestamps have others, on software drivers
 };
 
 /// One at a time. Rays traced by hardware are not counted.
@@ -62,7 +62,7 @@ class CountedCalls {
                                             const VkBufferMemoryBarrier* buffers,
                                             uint32_t image_count,
                                             const VkImageMemoryBarrier* images) {
-    ++counts_.barriers;
+    counts_.barriers += memory_count + buffer_count + image_count > 0 ? 1 : 0;
     real_.CmdPipelineBarrier(c, from, to, flags, memory_count, memory, buffer_count, buffers,
                              image_count, images);
   }

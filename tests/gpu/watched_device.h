@@ -22,7 +22,7 @@ inline std::atomic<int> set_calls = 0;
 inline std::atomic<int> pipeline_calls = 0;
 inline std::atomic<VkPipelineCache> pipeline_cache = VK_NULL_HANDLE;  ///< of the last of them
 inline std::atomic<int> dispatches = 0;
-inline std::atomic<int> barriers = 0;
+inline std::atomic<int> barriers = 0;        ///< as CallCounts::barriers
 inline std::atomic<int> other_commands = 0;  ///< fills, updates, queries
 /// Above 0: the call of vkAllocateDescriptorSets after that many less one fails.
 inline std::atomic<int> failing_set_call = 0;
@@ -92,7 +92,7 @@ inline VKAPI_ATTR void VKAPI_CALL CountBarrier(VkCommandBuffer c, VkPipelineStag
                                                const VkBufferMemoryBarrier* buffers,
                                                uint32_t image_count,
                                                const VkImageMemoryBarrier* images) {
-  ++barriers;
+  barriers += memory_count + buffer_count + image_count > 0 ? 1 : 0;
   real.barrier(c, from, to, flags, memory_count, memory, buffer_count, buffers, image_count,
                images);
 }

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
 #include <limits>
 
@@ -24,6 +25,12 @@ constexpr int kHeight = 97;
 // The rasteriser rounds corners to a part of a pixel: so many of 10000 pixels, at edges, show their
 // other side.
 constexpr int kPerTenThousand = 50;
+
+GpuView ToGpuView(const CameraView& view) {
+  return {view.position, view.half_width,  view.right,        view.half_height,
+          view.up,       view.width,       view.forward,      view.height,
+          view.shift,    view.lens_radius, view.inverse_focus};
+}
 
 class GpuVisibilityTest : public test::VulkanTest {
  protected:
@@ -80,10 +87,7 @@ class GpuVisibilityTest : public test::VulkanTest {
       RenderMoment moment;
       moment.seconds = moment.previous_seconds = seconds;
       const CameraView view = CamerasOf(state, moment, kWidth, kHeight).now;
-      const GpuView raster = {view.position, view.half_width,  view.right,        view.half_height,
-                              view.up,       view.width,       view.forward,      view.height,
-                              view.shift,    view.lens_radius, view.inverse_focus};
-      const std::vector<Seen> seen = Draw(**accel, **visibility, {raster, point});
+      const std::vector<Seen> seen = Draw(**accel, **visibility, {ToGpuView(view), point});
       std::vector<GpuRay> rays;
       for (int i = 0; i < kWidth * kHeight; ++i) {
         const vec2 pixel(static_cast<float>(i % kWidth), static_cast<float>(i / kWidth));
@@ -119,6 +123,39 @@ TEST_F(GpuVisibilityTest, BuiltinScenes) {
 
 TEST_F(GpuVisibilityTest, SeeThroughMirroredAndMoving) {
   ExpectTheRays(EverythingScene());
+}
+
+// Mesa's software driver takes time stamps late once it has drawn: see Timestamps::Mark.
+TEST_F(GpuVisibilityTest, TimesOfRaysAreTrueAfterDrawing) {
+  if (!device_->has_timestamps()) {
+    GTEST_SKIP() << "the device measures no times";
+  }
+  const Result<Scene> scene = MakeBuiltinScene("cornell");
+  ASSERT_TRUE(scene.ok());
+  SceneState state(*scene);
+  state.Update(0, 0);
+  const auto accel = GpuAccel::Create(device_.get(), state);
+  ASSERT_TRUE(accel.ok());
+  const std::vector<GpuRay> rays = RandomRays(SceneBounds(*scene, 0), 20000, 1);
+  GpuBatch batch(device_.get(), accel->get(), static_cast<uint32_t>(rays.size()));
+  const auto least_ms = [&] {
+    double least = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 5; ++i) {
+      batch.FirstHits(rays);
+      least = std::min(least, batch.milliseconds());
+    }
+    return least;
+  };
+  const double before = least_ms();
+  const auto visibility = Visibility::Create(device_.get(), accel->get(), state, kWidth, kHeight);
+  ASSERT_TRUE(visibility.ok()) << visibility.status().message();
+  const CameraView view = CamerasOf(state, {}, kWidth, kHeight).now;
+  Draw(**accel, **visibility, {ToGpuView(view), vec2(0.5f)});
+  const double after = least_ms();
+  ASSERT_TRUE(batch.status().ok()) << batch.status().message();
+  EXPECT_GT(before, 0);
+  EXPECT_GT(after, 0.2 * before);
+  EXPECT_LT(after, 5 * before);
 }
 
 TEST_F(GpuVisibilityTest, Deforming) {
