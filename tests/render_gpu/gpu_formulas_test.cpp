@@ -4,14 +4,13 @@
 // Sampler, lights and steps of paths give the same on the device as on the CPU.
 #include <gmock/gmock.h>
 
-#include <cstring>
-
 #include "core/random.h"
 #include "gpu/vulkan_test.h"
 #include "render/test_scenes.h"
 #include "render/vulkan/gpu_lights.h"
 #include "render_gpu/formulas_shared.h"
 #include "render_gpu/gpu_batch.h"
+#include "render_gpu/run_shader.h"
 
 namespace stillray::render {
 namespace shaders {
@@ -27,41 +26,14 @@ class GpuFormulasTest : public test::VulkanTest {
  protected:
   std::vector<FormulaValues> Compute(const GpuLights& lights,
                                      const std::vector<FormulaPlace>& places) {
-    const gpu::DeviceContext& c = device_->context();
-    constexpr gpu::SetShape kShape = {0, 0, 0, 2};
-    gpu::Arena arena(&c);
-    gpu::DescriptorSets sets(&c);
-    const gpu::Buffer* from =
-        *arena.AddBuffer(places.size() * sizeof(FormulaPlace), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                         gpu::BufferPlace::kUpload);
-    const gpu::Buffer* to =
-        *arena.AddBuffer(places.size() * sizeof(FormulaValues), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                         gpu::BufferPlace::kDownload);
-    EXPECT_TRUE(arena.Allocate().ok());
-    EXPECT_TRUE(sets.CreatePool(1, kShape).ok());
-    const VkDescriptorSetLayout layouts[] = {*sets.Layout(kShape), *sets.Layout(GpuLights::kShape)};
-    const Result<gpu::Pipeline> pipeline = gpu::Pipeline::Create(
-        &c, {"formulas", {shaders::kFormulas, shaders::kFormulasWords}, layouts, 0, {}});
-    EXPECT_TRUE(pipeline.ok());
-    const VkDescriptorSet bound[] = {*sets.Find(kShape, {{}, {}, {from->buffer, to->buffer}}),
-                                     lights.set()};
-    std::memcpy(from->mapped, places.data(), places.size() * sizeof(FormulaPlace));
-    EXPECT_TRUE(arena.Flush().ok());
-    const VkCommandBuffer commands = *device_->Begin();
-    lights.RecordUpdate(commands);
-    c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->handle());
-    c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout(), 0, 2,
-                               bound, 0, nullptr);
-    c.vk.CmdDispatch(commands, (static_cast<uint32_t>(places.size()) + 63) / 64, 1, 1);
-    gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                       VK_ACCESS_SHADER_WRITE_BIT, VK_PIPELINE_STAGE_HOST_BIT,
-                       VK_ACCESS_HOST_READ_BIT);
-    EXPECT_TRUE(device_->Run().ok());
-    EXPECT_TRUE(arena.Invalidate().ok());
-    std::vector<FormulaValues> values(places.size());
-    std::memcpy(static_cast<void*>(values.data()), to->mapped,
-                values.size() * sizeof(FormulaValues));
-    return values;
+    return RunShader<FormulaValues>(
+        device_.get(),
+        {.name = "formulas",
+         .code = {shaders::kFormulas, shaders::kFormulasWords},
+         .own_set = 0,
+         .other_shape = GpuLights::kShape,
+         .other_set = lights.set()},
+        places, [&](VkCommandBuffer commands) { lights.RecordUpdate(commands); });
   }
 
   // Of the scene's lights a second later than those that the device was first given.

@@ -6,8 +6,6 @@
 
 #include <gmock/gmock.h>
 
-#include <cstring>
-
 #include "core/colour.h"
 #include "render/deforming_scene.h"
 #include "render/test_scenes.h"
@@ -16,6 +14,7 @@
 #include "render/vulkan/vulkan_renderer.h"
 #include "render_gpu/everything_scene.h"
 #include "render_gpu/gpu_batch.h"
+#include "render_gpu/run_shader.h"
 #include "render_gpu/textures_shared.h"
 #include "render_gpu/tracing_ways.h"
 
@@ -214,43 +213,14 @@ class GpuTexturesTest : public TracingWaysTest {
     const auto accel = GpuAccel::Create(device_.get(), state, GetParam(), way);
     EXPECT_TRUE(accel.ok()) << accel.status().message();
     EXPECT_EQ((*accel)->samples_textures(), way == TextureWay::kSampled);
-    const gpu::DeviceContext& c = device_->context();
-    constexpr gpu::SetShape kShape = {.buffers = 2};
-    gpu::Arena arena(&c);
-    gpu::DescriptorSets sets(&c);
-    const gpu::Buffer* from =
-        *arena.AddBuffer(lookups.size() * sizeof(TextureLookup), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                         gpu::BufferPlace::kUpload);
-    const gpu::Buffer* to =
-        *arena.AddBuffer(lookups.size() * sizeof(vec4), VK_BUFFER_USAGE_STORAGE_BUFFER_BIT,
-                         gpu::BufferPlace::kDownload);
-    EXPECT_TRUE(arena.Allocate().ok());
-    const gpu::Buffer* const buffers[] = {from, to};
-    const VkDescriptorSet bound[] = {(*accel)->scene_set(), *sets.CreateSingle(kShape, buffers)};
-    const VkDescriptorSetLayout layouts[] = {*sets.Layout(GpuAccel::kSceneShape),
-                                             *sets.Layout(kShape)};
-    const Result<gpu::Pipeline> pipeline =
-        gpu::Pipeline::Create(&c, {"textures",
-                                   {shaders::kTextures, shaders::kTexturesWords},
-                                   layouts,
-                                   0,
-                                   (*accel)->constants()});
-    EXPECT_TRUE(pipeline.ok());
-    std::memcpy(from->mapped, lookups.data(), lookups.size() * sizeof(TextureLookup));
-    EXPECT_TRUE(arena.Flush().ok());
-    const VkCommandBuffer commands = *device_->Begin();
-    c.vk.CmdBindPipeline(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->handle());
-    c.vk.CmdBindDescriptorSets(commands, VK_PIPELINE_BIND_POINT_COMPUTE, pipeline->layout(), 0, 2,
-                               bound, 0, nullptr);
-    c.vk.CmdDispatch(commands, (static_cast<uint32_t>(lookups.size()) + 63) / 64, 1, 1);
-    gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT,
-                       VK_ACCESS_SHADER_WRITE_BIT, VK_PIPELINE_STAGE_HOST_BIT,
-                       VK_ACCESS_HOST_READ_BIT);
-    EXPECT_TRUE(device_->Run().ok());
-    EXPECT_TRUE(arena.Invalidate().ok());
-    std::vector<vec4> values(lookups.size());
-    std::memcpy(static_cast<void*>(values.data()), to->mapped, values.size() * sizeof(vec4));
-    return values;
+    return RunShader<vec4>(device_.get(),
+                           {.name = "textures",
+                            .code = {shaders::kTextures, shaders::kTexturesWords},
+                            .own_set = 1,
+                            .other_shape = GpuAccel::kSceneShape,
+                            .other_set = (*accel)->scene_set(),
+                            .constants = (*accel)->constants()},
+                           lookups);
   }
 
   Frame Render(const Scene& scene, const RenderSettings& settings, TextureWay textures,
