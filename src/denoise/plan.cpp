@@ -192,7 +192,8 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .clamp_fireflies = s.firefly == Firefly::kClamp,
           .compress_light = s.firefly == Firefly::kCompress,
           .limit_history = s.limit_history && has_history,
-          .find_moving_light = s.limit_history && s.correct_history && has_history && !sparse,
+          .find_moving_light = s.limit_history && has_history &&
+                               FindsMovingLight(Int(s.correct_history), Int(sparse)),
           .merge_future = facts.has_future,
           .wavelet = s.wavelet != Wavelet::kOff,
           .estimate_variance = s.wavelet == Wavelet::kSvgf,

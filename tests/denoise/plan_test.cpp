@@ -212,6 +212,20 @@ TEST(Plan, SparseFrames) {
   EXPECT_NEAR(plan.estimate_variance.least_evidence, 4 - 1e-3f, 1e-6f);
 }
 
+TEST(Plan, MovingLightIsMeasuredWhereLightIsCorrectedAndFramesAreDense) {
+  FrameFacts facts = UsualFacts();
+  Settings s;
+  EXPECT_TRUE(MakePlan(s, facts, kLater).runs.find_moving_light);
+  EXPECT_FALSE(MakePlan(s, facts, SequenceProgress()).runs.find_moving_light);
+  s.correct_history = false;
+  EXPECT_FALSE(MakePlan(s, facts, kLater).runs.find_moving_light);
+  s = Settings();
+  s.limit_history = false;
+  EXPECT_FALSE(MakePlan(s, facts, kLater).runs.find_moving_light);
+  facts.samples_per_pixel = 0.99f;
+  EXPECT_FALSE(MakePlan(Settings(), facts, kLater).runs.find_moving_light);
+}
+
 TEST(Plan, SamplesAreKeptWhereTheirNoiseIsKnown) {
   FrameFacts facts = UsualFacts();
   facts.samples_per_pixel = 4;

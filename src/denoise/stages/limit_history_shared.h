@@ -188,6 +188,13 @@ SHARED_FN float MovingLight(float changed, float known, bool is_diffuse) {
   return evidence * min(max((share - still) / (moving - still), 0.0f), 1.0f);
 }
 
+// Whether MovingLight is measured; it is 0 elsewhere: it needs the levels of correct_history, and
+// not in sparse frames.
+// \param grows  AtrousParameters::grows, of sparse frames
+SHARED_FN bool FindsMovingLight(int correct_history, int grows) {
+  return correct_history != 0 && grows == 0;
+}
+
 // The dead zone of limit_history, which is narrower where light moves.
 const float kMovingDead = 0.6f;
 SHARED_FN float DeadZone(float dead, float moving) {

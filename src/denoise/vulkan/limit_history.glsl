@@ -16,7 +16,7 @@ ivec2 CoarseSize() {
 
 // MovingLight of a signal, after measure_change: of diffuse light, the largest.
 float MovingLightOf(int s) {
-  if (limit_history.correct_history == 0 || atrous.grows != 0) {  // find_moving_light
+  if (!FindsMovingLight(limit_history.correct_history, atrous.grows)) {
     return 0.0f;
   }
   bool is_diffuse = s < limit_history.wide_signals;
