@@ -542,13 +542,13 @@ std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& m
 }
 
 const std::optional<CameraMotion>& CameraFits::Motion() {
-  if (!motion_) {
-    std::optional<CameraMotion> fit =
-        guides_.motion.empty() ? std::nullopt : FitCameraMotion(guides_.depth, guides_.motion);
+  if (!camera_) {
+    const std::optional<CameraMotion> fit =
+        motion_.empty() ? std::nullopt : FitCameraMotion(depth_, motion_);
     sees_one_plane_ = fit && fit->of_one_plane;
-    motion_ = sees_one_plane_ ? std::nullopt : fit;
+    camera_ = sees_one_plane_ ? std::nullopt : fit;
   }
-  return *motion_;
+  return *camera_;
 }
 
 bool CameraFits::SeesOnePlane() {
@@ -558,7 +558,7 @@ bool CameraFits::SeesOnePlane() {
 
 const std::optional<View>& CameraFits::FieldOfView() {
   if (!view_) {
-    view_ = FitView(guides_.depth, guides_.normal);
+    view_ = FitView(depth_, normal_);
   }
   return *view_;
 }

@@ -61,7 +61,11 @@ std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& m
 class CameraFits {
  public:
   /// \param guides  depth, normal and motion, which may be empty; must outlive this
-  explicit CameraFits(const Guides& guides) : guides_(guides) {}
+  explicit CameraFits(const Guides& guides)
+      : CameraFits(guides.depth, guides.normal, guides.motion) {}
+  /// The same with another motion.
+  CameraFits(const Image1& depth, const Image3& normal, const Image2& motion)
+      : depth_(depth), normal_(normal), motion_(motion) {}
 
   /// Nothing if it is unknown, also at some depths alone.
   const std::optional<CameraMotion>& Motion();
@@ -70,8 +74,10 @@ class CameraFits {
   const std::optional<View>& FieldOfView();
 
  private:
-  const Guides& guides_;
-  std::optional<std::optional<CameraMotion>> motion_;
+  const Image1& depth_;
+  const Image3& normal_;
+  const Image2& motion_;
+  std::optional<std::optional<CameraMotion>> camera_;
   bool sees_one_plane_ = false;
   std::optional<std::optional<View>> view_;
 };

@@ -252,29 +252,6 @@ Plane<uint8_t> KindsOf(const Guides& guides, const VirtualGuides& images) {
   return kinds;
 }
 
-/// The motion of the camera by both frames' matrices, or that which the motion of surfaces reveals.
-/// \param missing  [out] why it is unknown
-std::optional<CameraMotion> CameraMotionOf(const std::optional<CameraMatrices>& before,
-                                           const std::optional<CameraMatrices>& now,
-                                           const Frame& frame, io::NoSeenGuides* missing) {
-  *missing = io::NoSeenGuides::kNone;
-  if (before && now) {
-    std::optional<CameraMotion> exact = MotionOfCamera(*now, *before, frame.width, frame.height);
-    if (exact) {
-      return exact;
-    }
-  }
-  std::optional<CameraMotion> fit =
-      io::FitCameraMotion(frame.guides.depth, KnownMotion(frame.guides.motion));
-  if (!fit) {
-    *missing = io::NoSeenGuides::kMotion;
-  } else if (fit->of_one_plane) {
-    *missing = io::NoSeenGuides::kOnePlane;
-    fit.reset();
-  }
-  return fit;
-}
-
 }  // namespace
 
 void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& before,
@@ -297,12 +274,14 @@ void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& be
   if (frame->guides.motion.empty() || std::none_of(std::begin(parts), std::end(parts), is_moved)) {
     return;
   }
-  io::NoSeenGuides missing = io::NoSeenGuides::kNone;
-  const std::optional<CameraMotion> camera = CameraMotionOf(before, now, *frame, &missing);
-  if (images->missing == io::NoSeenGuides::kNone) {
-    images->missing = missing;
+  const std::optional<CameraMotion> exact =
+      before && now ? MotionOfCamera(*now, *before, frame->width, frame->height) : std::nullopt;
+  const Image2 known = exact ? Image2() : KnownMotion(frame->guides.motion);
+  io::CameraFits fits(frame->guides.depth, frame->guides.normal, known);
+  const std::optional<CameraMotion>& camera = exact ? exact : fits.Motion();
+  if (!exact && images->missing == io::NoSeenGuides::kNone) {
+    images->missing = io::WhyUnknown(&fits);
   }
-  io::CameraFits fits(frame->guides);
   for (const Part& part : parts) {
     if (!is_moved(part)) {
       continue;
