@@ -53,25 +53,7 @@ Status CheckSize(const Frame& frame, const gpu::DeviceFrame& pixels) {
 }
 
 FrameInputs InputsOf(const gpu::DeviceFrame& pixels) {
-  const gpu::FrameImages& i = pixels.images();
-  FrameInputs inputs;
-  for (size_t k = 0; k < i.lights.size(); ++k) {
-    inputs.lights[k] = RefTo(i.lights[k]);
-    inputs.second_moments[k] = RefTo(i.second_moments[k]);
-  }
-  inputs.depth = RefTo(i.depth);
-  inputs.normal = RefTo(i.normal);
-  inputs.id = RefTo(i.id);
-  inputs.motion = RefTo(i.motion);
-  inputs.albedos[0] = RefTo(i.albedo);
-  inputs.albedos[1] = RefTo(i.specular_albedo);
-  inputs.albedos[2] = RefTo(i.transmission_albedo);
-  inputs.emission = RefTo(i.emission);
-  inputs.background = RefTo(i.background);
-  inputs.samples = RefTo(i.samples);
-  inputs.roughness = RefTo(i.roughness);
-  inputs.previous_normal = RefTo(i.previous_normal);
-  return inputs;
+  return CommonInputs(pixels.images(), RefTo);
 }
 
 bool SeenFrames::Add(std::span<const std::shared_ptr<const void>> owners) {

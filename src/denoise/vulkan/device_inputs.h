@@ -19,6 +19,31 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels);
 /// \return kInvalidArgument if the frame's images have another size
 Status CheckSize(const Frame& frame, const gpu::DeviceFrame& pixels);
 
+/// The inputs that frames of both kinds have.
+/// \param from  gpu::FrameImages or VulkanFrame
+/// \param ref   returns the ImageRef of one of its images
+template <typename Images, typename Ref>
+FrameInputs CommonInputs(const Images& from, const Ref& ref) {
+  FrameInputs in;
+  for (size_t k = 0; k < kSignalKindCount; ++k) {
+    in.lights[k] = ref(from.lights[k]);
+    in.second_moments[k] = ref(from.second_moments[k]);
+  }
+  in.depth = ref(from.depth);
+  in.normal = ref(from.normal);
+  in.id = ref(from.id);
+  in.motion = ref(from.motion);
+  in.albedos[0] = ref(from.albedo);
+  in.albedos[1] = ref(from.specular_albedo);
+  in.albedos[2] = ref(from.transmission_albedo);
+  in.emission = ref(from.emission);
+  in.background = ref(from.background);
+  in.samples = ref(from.samples);
+  in.roughness = ref(from.roughness);
+  in.previous_normal = ref(from.previous_normal);
+  return in;
+}
+
 /// All inputs; no output. Images that the frame lacks have no view.
 FrameInputs InputsOf(const gpu::DeviceFrame& pixels);
 

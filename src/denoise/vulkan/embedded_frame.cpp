@@ -11,6 +11,7 @@
 
 #include "core/reflections.h"
 #include "denoise/frame_check.h"
+#include "denoise/vulkan/device_inputs.h"
 
 namespace stillray::vulkan {
 namespace {
@@ -55,24 +56,8 @@ FrameFacts FactsOf(const VulkanFrame& frame, int width, int height) {
 }
 
 FrameInputs InputsOf(const VulkanFrame& frame) {
-  FrameInputs in;
-  for (size_t k = 0; k < kSignalKindCount; ++k) {
-    in.lights[k] = RefOf(frame.lights[k]);
-    in.second_moments[k] = RefOf(frame.second_moments[k]);
-  }
-  in.depth = RefOf(frame.depth);
-  in.normal = RefOf(frame.normal);
-  in.id = RefOf(frame.id);
-  in.motion = RefOf(frame.motion);
-  in.albedos[0] = RefOf(frame.albedo);
-  in.albedos[1] = RefOf(frame.specular_albedo);
-  in.albedos[2] = RefOf(frame.transmission_albedo);
-  in.emission = RefOf(frame.emission);
-  in.background = RefOf(frame.background);
-  in.samples = RefOf(frame.samples);
-  in.roughness = RefOf(frame.roughness);
+  FrameInputs in = CommonInputs(frame, RefOf);
   in.confidence = RefOf(frame.confidence);
-  in.previous_normal = RefOf(frame.previous_normal);
   in.colour = RefOf(frame.colour);
   in.colour_is_half = frame.colour_is_half;
   in.display = RefOf(frame.display);
