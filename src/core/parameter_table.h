@@ -12,6 +12,7 @@
 #include <string_view>
 #include <type_traits>
 #include <variant>
+#include <vector>
 
 #include "stillray/parameter.h"
 #include "stillray/status.h"
@@ -69,6 +70,16 @@ int FindChoice(std::string_view text, const Parameter& info);
 std::string NumberText(float value);
 /// The name of a choice; of a number that names none, the number.
 std::string ChoiceText(int value, const Parameter& info);
+
+/// The declarations of all rows of a table, for listings. \tparam Rows  of structs with `info`
+template <typename Rows>
+std::vector<Parameter> InfosOf(const Rows& rows) {
+  std::vector<Parameter> infos;
+  for (const auto& row : rows) {
+    infos.push_back(row.info);
+  }
+  return infos;
+}
 
 /// "a number from 0 to 1", "on or off", ...; not for rows of a TextMember.
 std::string ExpectedText(const Parameter& info);

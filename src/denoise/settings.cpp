@@ -623,13 +623,7 @@ Status BadValue(const Row& row, std::string_view value) {
 }  // namespace
 
 std::span<const Parameter> Parameters() {
-  static const std::vector<Parameter> parameters = [] {
-    std::vector<Parameter> list;
-    for (const Row& row : Table()) {
-      list.push_back(row.info);
-    }
-    return list;
-  }();
+  static const std::vector<Parameter> parameters = InfosOf(Table());
   return parameters;
 }
 

@@ -28,6 +28,17 @@ std::string MappingCure(const std::string& mapping) {
   return fmt::format("stillray denoise with --aov '{}'", io::OneLine(mapping));
 }
 
+double MeanLight(const Exhibit& exhibit) {
+  const Image1& light = exhibit.light;
+  double sum = 0;
+  for (int y = 0; y < light.height(); ++y) {
+    for (int x = 0; x < light.width(); ++x) {
+      sum += light(x, y);
+    }
+  }
+  return sum / (static_cast<double>(light.width()) * light.height());
+}
+
 Image1 StoredPlane(const Exhibit& exhibit, Aov aov, size_t component) {
   const AovSource* source = exhibit.layout->Find(aov);
   if (source == nullptr || component >= source->channels.size()) {

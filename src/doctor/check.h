@@ -90,6 +90,8 @@ std::string MappingText(const AovLayout& layout, Aov aov, const std::string& wor
 /// "stillray denoise ... --aov 'MAPPING'"
 std::string MappingCure(const std::string& mapping);
 
+/// Mean of Exhibit::light.
+double MeanLight(const Exhibit& exhibit);
 /// A layer's plane as stored, as float; empty if the layout lacks the layer or component.
 Image1 StoredPlane(const Exhibit& exhibit, Aov aov, size_t component);
 /// The same for three components.

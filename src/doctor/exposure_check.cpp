@@ -26,16 +26,6 @@ constexpr double kLeastChange = 0.14;
 /// or is dimmed changes some blocks and not others. Planted: 0.1.
 constexpr double kEven = 0.35;
 
-double MeanLight(const Exhibit& exhibit) {
-  double sum = 0;
-  for (int y = 0; y < exhibit.light.height(); ++y) {
-    for (int x = 0; x < exhibit.light.width(); ++x) {
-      sum += exhibit.light(x, y);
-    }
-  }
-  return sum / (static_cast<double>(exhibit.frame.width) * exhibit.frame.height);
-}
-
 /// Mean of unfiltered light: if it is constant, so is the exposure.
 double UnfilteredLight(const Frame& frame) {
   double sum = 0;

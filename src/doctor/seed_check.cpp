@@ -38,14 +38,7 @@ Image1 Noise(const Exhibit& exhibit) {
   const Image1& light = exhibit.light;
   const int width = light.width();
   const int height = light.height();
-  double sum = 0;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      sum += light(x, y);
-    }
-  }
-  const auto mean =
-      static_cast<float>(std::max(sum / (static_cast<double>(width) * height), 1e-20));
+  const auto mean = static_cast<float>(std::max(MeanLight(exhibit), 1e-20));
   Image1 curve(width, height);
   Image1 noise(width, height);
   ParallelRows(height, 16, [&](int y0, int y1) {

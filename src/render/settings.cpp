@@ -331,13 +331,7 @@ Status CheckSide(const char* name, int pixels) {
 }  // namespace
 
 std::span<const Parameter> RenderParameters() {
-  static const std::vector<Parameter> parameters = [] {
-    std::vector<Parameter> list;
-    for (const Row& row : Table()) {
-      list.push_back(row.info);
-    }
-    return list;
-  }();
+  static const std::vector<Parameter> parameters = InfosOf(Table());
   return parameters;
 }
 

@@ -85,6 +85,27 @@ int AddChild(Scene* scene, const std::string& name, Mesh mesh, vec3 translation,
 /// Another instance of the mesh of `object`, a node that AddObject returned.
 int AddCopy(Scene* scene, const std::string& name, int object, vec3 translation);
 
+/// A side of a room: its material, and the texture's repeats along its width and height.
+struct RoomSide {
+  int material = 0;
+  vec2 repeats{1.0f};
+};
+
+struct RoomSides {
+  RoomSide floor;
+  RoomSide ceiling;
+  RoomSide back;
+  RoomSide left;
+  RoomSide right;
+  RoomSide front;
+};
+
+/// Adds the six sides of a box, which face its inside, as objects: "floor", "ceiling", "back wall",
+/// ... \param corner  at the bottom, left and back
+void AddRoomSides(Scene* scene, vec3 corner, vec3 size, const RoomSides& sides);
+/// Adds a large square of tiles on the plane y = 0.
+void AddTiledGround(Scene* scene, float roughness, uint32_t seed);
+
 /// The animation of the built-in scenes: 120 keyframes, 30 per second.
 inline constexpr int kBuiltinKeys = 120;
 inline constexpr float kBuiltinKeysPerSecond = 30.0f;
@@ -99,5 +120,9 @@ vec4 RotationY(float radians);
 Transform LookAt(vec3 eye, vec3 target);
 /// Adds a camera with its own animated node.
 void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(float)>& pose);
+/// Adds a camera that swings about `target` by 0.07 radians to either side.
+/// \param distance  horizontal, at the beginning and at the end
+/// \param slope     height of the camera above the target, as a fraction of the distance
+void AddSwingingCamera(Scene* scene, vec3 target, vec2 distance, float slope);
 
 }  // namespace stillray

@@ -45,21 +45,18 @@ void AddRoom(Scene* scene) {
       scene,
       MakeMottled("red plaster", 512, 4, vec3(0.56f, 0.17f, 0.12f), vec3(0.44f, 0.11f, 0.08f), 151),
       0.9f);
-  const vec3 x(2.0f * kHalfWidth, 0.0f, 0.0f);
-  const vec3 y(0.0f, kHeight, 0.0f);
-  const vec3 z(0.0f, 0.0f, kFront - kBack);
-  const vec3 corner(-kHalfWidth, 0.0f, kBack);
-  const vec3 here(0.0f);
+  const vec3 size(2.0f * kHalfWidth, kHeight, kFront - kBack);
   constexpr float kPerTexture = 2.6f;
-  const vec2 side(vec2(z.z, y.y) / kPerTexture);
-  const vec2 across(vec2(x.x, y.y) / kPerTexture);
-  const vec2 flat(vec2(z.z, x.x) / kPerTexture);
-  AddObject(scene, "floor", MakeQuad(corner, z, x, flat, floor), here);
-  AddObject(scene, "ceiling", MakeQuad(corner + y, x, z, vec2(flat.y, flat.x), plaster), here);
-  AddObject(scene, "back wall", MakeQuad(corner, x, y, across, panels), here);
-  AddObject(scene, "left wall", MakeQuad(corner + z, -z, y, side, red), here);
-  AddObject(scene, "right wall", MakeQuad(corner + x, z, y, side, teal), here);
-  AddObject(scene, "front wall", MakeQuad(corner + z + x, -x, y, across, plaster), here);
+  const vec2 side(vec2(size.z, size.y) / kPerTexture);
+  const vec2 across(vec2(size.x, size.y) / kPerTexture);
+  const vec2 flat(vec2(size.z, size.x) / kPerTexture);
+  AddRoomSides(scene, vec3(-kHalfWidth, 0.0f, kBack), size,
+               {.floor = {floor, flat},
+                .ceiling = {plaster, vec2(flat.y, flat.x)},
+                .back = {panels, across},
+                .left = {red, side},
+                .right = {teal, side},
+                .front = {plaster, across}});
 }
 
 /// Points spread evenly over the unit sphere, on a spiral.

@@ -29,21 +29,16 @@ void AddRoom(Scene* scene) {
       MakeBricks("bricks", 1024, 20, vec3(0.62f, 0.42f, 0.33f), vec3(0.66f, 0.63f, 0.58f), 41),
       0.9f);
   const int plaster = AddMaterial(scene, "plaster", vec3(0.78f, 0.76f, 0.72f), 0.0f, 1.0f);
-  const vec3 x(2.0f * kHalfWidth, 0.0f, 0.0f);
-  const vec3 y(0.0f, kHeight, 0.0f);
-  const vec3 z(0.0f, 0.0f, kFront - kBack);
-  const vec3 corner(-kHalfWidth, 0.0f, kBack);
-  const vec3 here(0.0f);
+  const vec3 size(2.0f * kHalfWidth, kHeight, kFront - kBack);
   constexpr float kFloorPerTexture = 2.2f;
   constexpr float kWallPerTexture = 2.0f;
-  AddObject(scene, "floor", MakeQuad(corner, z, x, vec2(z.z, x.x) / kFloorPerTexture, floor), here);
-  AddObject(scene, "ceiling", MakeQuad(corner + y, x, z, vec2(1.0f), plaster), here);
-  AddObject(scene, "back wall", MakeQuad(corner, x, y, vec2(x.x, y.y) / kWallPerTexture, bricks),
-            here);
-  AddObject(scene, "left wall",
-            MakeQuad(corner + z, -z, y, vec2(z.z, y.y) / kWallPerTexture, bricks), here);
-  AddObject(scene, "right wall", MakeQuad(corner + x, z, y, vec2(1.0f), plaster), here);
-  AddObject(scene, "front wall", MakeQuad(corner + z + x, -x, y, vec2(1.0f), plaster), here);
+  AddRoomSides(scene, vec3(-kHalfWidth, 0.0f, kBack), size,
+               {.floor = {floor, vec2(size.z, size.x) / kFloorPerTexture},
+                .ceiling = {plaster},
+                .back = {bricks, vec2(size.x, size.y) / kWallPerTexture},
+                .left = {bricks, vec2(size.z, size.y) / kWallPerTexture},
+                .right = {plaster},
+                .front = {plaster}});
 }
 
 void AddThings(Scene* scene) {

@@ -148,30 +148,12 @@ void AddRow(Scene* scene, Row row, float z) {
 Scene MakeMaterialsScene() {
   Scene scene;
   scene.environment = MakeSky();
-  const int tiles =
-      AddTexturedMaterial(&scene,
-                          MakeTiles("ground", 1024, 8, vec3(0.46f, 0.42f, 0.36f),
-                                    vec3(0.20f, 0.20f, 0.21f), vec3(0.12f, 0.11f, 0.10f), 29),
-                          0.7f);
-  constexpr float kGroundHalf = 40.0f;
-  constexpr float kMetresPerTexture = 4.0f;
-  AddObject(&scene, "ground",
-            MakeQuad(vec3(-kGroundHalf, 0.0f, -kGroundHalf), vec3(0.0f, 0.0f, 2.0f * kGroundHalf),
-                     vec3(2.0f * kGroundHalf, 0.0f, 0.0f),
-                     vec2(2.0f * kGroundHalf / kMetresPerTexture), tiles),
-            vec3(0.0f));
+  AddTiledGround(&scene, 0.7f, 29);
   AddRow(&scene, SpecularRow(), -1.5f * kRowSpacing);
   AddRow(&scene, ClearCoatRow(&scene), -0.5f * kRowSpacing);
   AddRow(&scene, SheenRow(), 0.5f * kRowSpacing);
   AddRow(&scene, DiffuseTransmissionRow(), 1.5f * kRowSpacing);
-  constexpr float kFieldOfView = 0.61f;
-  AddAnimatedCamera(&scene, kFieldOfView, [](float t) {
-    const vec3 target(0.0f, 0.25f, 0.1f);
-    const float angle = glm::mix(-0.07f, 0.07f, t);
-    const float distance = glm::mix(6.7f, 6.45f, t);
-    const vec3 offset(std::sin(angle) * distance, 0.68f * distance, std::cos(angle) * distance);
-    return LookAt(target + offset, target);
-  });
+  AddSwingingCamera(&scene, vec3(0.0f, 0.25f, 0.1f), vec2(6.7f, 6.45f), 0.68f);
   return scene;
 }
 

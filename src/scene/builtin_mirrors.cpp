@@ -38,21 +38,18 @@ void AddRoom(Scene* scene) {
       MakePlanks("panels", 1024, 10, vec3(0.66f, 0.52f, 0.36f), vec3(0.34f, 0.23f, 0.14f), 73),
       0.6f);
   const int plaster = AddMaterial(scene, "plaster", vec3(0.78f, 0.76f, 0.72f), 0.0f, 1.0f);
-  const vec3 x(2.0f * kHalfWidth, 0.0f, 0.0f);
-  const vec3 y(0.0f, kHeight, 0.0f);
-  const vec3 z(0.0f, 0.0f, kFront - kBack);
-  const vec3 corner(-kHalfWidth, 0.0f, kBack);
-  const vec3 here(0.0f);
+  const vec3 size(2.0f * kHalfWidth, kHeight, kFront - kBack);
   constexpr float kFloorPerTexture = 2.4f;
   constexpr float kWallPerTexture = 2.0f;
-  const vec2 side(vec2(z.z, y.y) / kWallPerTexture);
-  const vec2 across(vec2(x.x, y.y) / kWallPerTexture);
-  AddObject(scene, "floor", MakeQuad(corner, z, x, vec2(z.z, x.x) / kFloorPerTexture, floor), here);
-  AddObject(scene, "ceiling", MakeQuad(corner + y, x, z, vec2(1.0f), plaster), here);
-  AddObject(scene, "back wall", MakeQuad(corner, x, y, across, pale_bricks), here);
-  AddObject(scene, "left wall", MakeQuad(corner + z, -z, y, side, panels), here);
-  AddObject(scene, "right wall", MakeQuad(corner + x, z, y, side, bricks), here);
-  AddObject(scene, "front wall", MakeQuad(corner + z + x, -x, y, across, bricks), here);
+  const vec2 side(vec2(size.z, size.y) / kWallPerTexture);
+  const vec2 across(vec2(size.x, size.y) / kWallPerTexture);
+  AddRoomSides(scene, vec3(-kHalfWidth, 0.0f, kBack), size,
+               {.floor = {floor, vec2(size.z, size.x) / kFloorPerTexture},
+                .ceiling = {plaster},
+                .back = {pale_bricks, across},
+                .left = {panels, side},
+                .right = {bricks, side},
+                .front = {bricks, across}});
 }
 
 /// Large and therefore dim, so that a single light sample has little noise and reflections of the

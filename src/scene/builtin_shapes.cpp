@@ -322,4 +322,44 @@ void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(f
   Animate(scene, scene->cameras.back().node, pose);
 }
 
+void AddSwingingCamera(Scene* scene, vec3 target, vec2 distance, float slope) {
+  constexpr float kFieldOfView = 0.61f;
+  constexpr float kSwing = 0.07f;  // radians to either side
+  AddAnimatedCamera(scene, kFieldOfView, [=](float t) {
+    const float angle = glm::mix(-kSwing, kSwing, t);
+    const float along = glm::mix(distance.x, distance.y, t);
+    const vec3 offset(std::sin(angle) * along, slope * along, std::cos(angle) * along);
+    return LookAt(target + offset, target);
+  });
+}
+
+void AddRoomSides(Scene* scene, vec3 corner, vec3 size, const RoomSides& sides) {
+  const vec3 x(size.x, 0.0f, 0.0f);
+  const vec3 y(0.0f, size.y, 0.0f);
+  const vec3 z(0.0f, 0.0f, size.z);
+  const auto add = [&](const char* name, vec3 origin, vec3 u, vec3 v, const RoomSide& side) {
+    AddObject(scene, name, MakeQuad(origin, u, v, side.repeats, side.material), vec3(0.0f));
+  };
+  add("floor", corner, z, x, sides.floor);
+  add("ceiling", corner + y, x, z, sides.ceiling);
+  add("back wall", corner, x, y, sides.back);
+  add("left wall", corner + z, -z, y, sides.left);
+  add("right wall", corner + x, z, y, sides.right);
+  add("front wall", corner + z + x, -x, y, sides.front);
+}
+
+void AddTiledGround(Scene* scene, float roughness, uint32_t seed) {
+  const int tiles =
+      AddTexturedMaterial(scene,
+                          MakeTiles("ground", 1024, 8, vec3(0.46f, 0.42f, 0.36f),
+                                    vec3(0.20f, 0.20f, 0.21f), vec3(0.12f, 0.11f, 0.10f), seed),
+                          roughness);
+  constexpr float kHalf = 40.0f;
+  constexpr float kMetresPerTexture = 4.0f;
+  AddObject(scene, "ground",
+            MakeQuad(vec3(-kHalf, 0.0f, -kHalf), vec3(0.0f, 0.0f, 2.0f * kHalf),
+                     vec3(2.0f * kHalf, 0.0f, 0.0f), vec2(2.0f * kHalf / kMetresPerTexture), tiles),
+            vec3(0.0f));
+}
+
 }  // namespace stillray

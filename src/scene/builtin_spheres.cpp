@@ -4,7 +4,6 @@
 /// Spheres of every roughness in metal, plastic and glass, on tiles under a sky with a large soft
 /// sun.
 #include <array>
-#include <cmath>
 #include <string>
 #include <utility>
 
@@ -65,27 +64,9 @@ void AddSphereRows(Scene* scene) {
 Scene MakeSpheresScene() {
   Scene scene;
   scene.environment = MakeSky();
-  const int tiles =
-      AddTexturedMaterial(&scene,
-                          MakeTiles("ground", 1024, 8, vec3(0.46f, 0.42f, 0.36f),
-                                    vec3(0.20f, 0.20f, 0.21f), vec3(0.12f, 0.11f, 0.10f), 23),
-                          0.6f);
-  constexpr float kGroundHalf = 40.0f;
-  constexpr float kMetresPerTexture = 4.0f;
-  AddObject(&scene, "ground",
-            MakeQuad(vec3(-kGroundHalf, 0.0f, -kGroundHalf), vec3(0.0f, 0.0f, 2.0f * kGroundHalf),
-                     vec3(2.0f * kGroundHalf, 0.0f, 0.0f),
-                     vec2(2.0f * kGroundHalf / kMetresPerTexture), tiles),
-            vec3(0.0f));
+  AddTiledGround(&scene, 0.6f, 23);
   AddSphereRows(&scene);
-  constexpr float kFieldOfView = 0.61f;
-  AddAnimatedCamera(&scene, kFieldOfView, [](float t) {
-    const vec3 target(0.0f, 0.35f, 0.1f);
-    const float angle = glm::mix(-0.07f, 0.07f, t);
-    const float distance = glm::mix(6.5f, 6.25f, t);
-    const vec3 offset(std::sin(angle) * distance, 0.42f * distance, std::cos(angle) * distance);
-    return LookAt(target + offset, target);
-  });
+  AddSwingingCamera(&scene, vec3(0.0f, 0.35f, 0.1f), vec2(6.5f, 6.25f), 0.42f);
   return scene;
 }
 
