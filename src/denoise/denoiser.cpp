@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The part that all backends share: checks, falling back to the CPU, names of outputs. The stages
-// of a frame: cpu/pipeline.cpp, vulkan/frame_pipeline.cpp (with frame_filter.cpp).
+// Common to all backends: checks, fallback to the CPU, names of outputs. The stages of a frame are
+// in cpu/pipeline.cpp and vulkan/frame_pipeline.cpp (with frame_filter.cpp).
 #include "stillray/denoise.hpp"
 
 #include <utility>
@@ -37,7 +37,7 @@ struct Denoiser::Impl {
   std::string remark;
   Results results;
   std::vector<std::string> outputs;
-  Frame completed;  ///< a frame with all inputs; empty until one comes without
+  Frame completed;  ///< copy of a frame that lacked inputs, with substitutes
 
   const Frame& Complete(const Frame& given);
   Status CheckFuture(const Frame& frame, std::span<const SignalHistory> future) const;
@@ -46,8 +46,9 @@ struct Denoiser::Impl {
   Status RunOrFallBack(const Call& call);
 };
 
-/// The frame with substitutes for missing guides and second moments; itself if it has all. The
-/// published presets measure noise over time alone.
+/// Returns the frame itself if it has all inputs, else a copy with substitutes for missing guides
+/// and second moments. Without limit_history, as in the published filters, noise is measured over
+/// time alone, and second moments are not estimated.
 const Frame& Denoiser::Impl::Complete(const Frame& given) {
   if (given.on_device != nullptr) {
     return given;
@@ -58,14 +59,14 @@ const Frame& Denoiser::Impl::Complete(const Frame& given) {
   }
   completed = given;
   FillMissingGuides(settings.demodulate, &completed);
-  // What is wrong with a frame is reported once, by its backend.
+  // Invalid frames are reported by the backend.
   if (lacks_moments && CheckFrame(completed, settings, MotionUse()).ok()) {
     EstimateSecondMoments(&completed);
   }
   return completed;
 }
 
-/// Checks that light of the future was accumulated from frames like this one.
+/// Checks that the light of future frames has the signals and the size of this frame.
 Status Denoiser::Impl::CheckFuture(const Frame& frame,
                                    std::span<const SignalHistory> future) const {
   if (future.empty()) {
@@ -92,8 +93,8 @@ void Denoiser::Impl::FallBack(std::string why) {
   may_fall_back = false;
 }
 
-/// Falls back to the CPU if a device chosen by "auto" fails before the first frame is finished. An
-/// invalid frame is not a failure of the device.
+/// Runs the call, and again on the CPU if a device chosen by "auto" fails before the first frame is
+/// finished. An invalid argument is not a failure of the device.
 template <typename Call>
 Status Denoiser::Impl::RunOrFallBack(const Call& call) {
   const Status status = call();
@@ -245,13 +246,13 @@ Result<std::vector<uint8_t>> Denoiser::SaveHistory() const {
   return impl_->backend->SaveHistory();
 }
 
-/// With device "auto", a sequence that began on the CPU continues there.
+/// With device "auto", the history of a sequence that was denoised on the CPU is restored there.
 Status Denoiser::RestoreHistory(std::span<const uint8_t> bytes) {
   if (!impl_->is_cpu && impl_->may_fall_back && IsHistoryOfCpu(bytes)) {
     impl_->FallBack("the saved history was made on the CPU");
   }
   const Status status = impl_->backend->RestoreHistory(bytes);
-  // the CPU cannot read a device's history
+  // From here on the CPU cannot replace the device: it cannot read the device's history.
   impl_->may_fall_back = impl_->may_fall_back && !status.ok();
   return status;
 }

@@ -15,14 +15,15 @@
 namespace stillray {
 namespace {
 
-/// Sums of samples are integers up to rounding, or means of such: limits are lowered by this much,
-/// so that rounding does not decide.
+/// Numbers of samples are integers, or means of integers, with rounding errors. Thresholds for them
+/// are lowered by this tolerance.
 constexpr float kSampleRounding = 1e-3f;
 
-/// Samples that the neighbourhood of short histories must have below one per pixel.
+/// Minimum number of samples in the neighbourhood that estimates the variance of short histories,
+/// for frames with less than one sample per pixel.
 constexpr float kLeastEvidence = 4.0f - kSampleRounding;
 
-/// Frames of one cycle sum to one sample per pixel, up to rounding.
+/// One sample per pixel, less the rounding error of its sum over the frames of a cycle.
 constexpr float kWholeSample = 1.0f - 1e-4f;
 
 constexpr float kRadiansPerDegree = 0.017453293f;
@@ -59,8 +60,8 @@ EdgeStopping EdgesOf(const Settings& s, const FrameFacts& facts) {
           .centre_y = 0.5f * static_cast<float>(facts.height)};
 }
 
-/// Below one sample per pixel three neighbours in a line are too rare: then second differences are
-/// replaced by the spread of a wider neighbourhood.
+/// Second differences need samples in three consecutive pixels, which sparse frames rarely have:
+/// the variance over a wider neighbourhood replaces them there.
 int ShortHistoryOf(const Settings& s, bool is_sparse) {
   switch (s.short_history) {
     case ShortHistory::kBlur:
@@ -86,7 +87,7 @@ bool IsTransmitted(SignalKind kind) {
   return kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;
 }
 
-/// Light that is sparse, but smooth: indirect diffuse light, also where it is seen through glass.
+/// Light that varies slowly, from few bright samples: indirect diffuse light, also through glass.
 bool IsSmooth(SignalKind kind) {
   return kind == SignalKind::kIndirectDiffuse || IsTransmitted(kind);
 }
@@ -95,7 +96,8 @@ bool IsReflected(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular;
 }
 
-/// Signals of nothing but light of some kinds. \param lights  that are given, as in FrameFacts
+/// Bit mask of the signals that contain light of the given kinds only.
+/// \param lights  FrameFacts::lights
 int SignalsOfOnly(bool (*is_one)(SignalKind), std::span<const SignalGroup> signals,
                   uint32_t lights) {
   int mask = 0;
@@ -113,7 +115,7 @@ int SignalsOfOnly(bool (*is_one)(SignalKind), std::span<const SignalGroup> signa
   return mask;
 }
 
-/// Signals with light that lamps cast on surfaces directly: with shadows, and highlights.
+/// Bit mask of the signals with direct lighting, which has sharp shadows and highlights.
 int FineSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
@@ -126,7 +128,7 @@ int FineSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   return mask;
 }
 
-/// Signals of reflected or refracted light.
+/// Bit mask of the signals with reflected or refracted light.
 int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
@@ -138,7 +140,7 @@ int MirrorSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   return mask;
 }
 
-/// Signals with any of these lights.
+/// Bit mask of the signals with any of these lights.
 int SignalsOf(std::span<const SignalGroup> signals, uint32_t lights) {
   int mask = 0;
   for (size_t i = 0; i < signals.size(); ++i) {
@@ -155,7 +157,7 @@ bool HasTransmission(uint32_t lights) {
   return (lights & kTransmission) != 0;
 }
 
-/// Where the guides of a signal come from: those of a virtual image only if all its light has them.
+/// The source of a signal's guides: a virtual image only if it applies to all light of the signal.
 GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
   const bool reflected = signal.specular_albedo && !signal.diffuse_albedo;
   const bool refracted = signal.transmission_albedo && !signal.diffuse_albedo;
@@ -166,24 +168,24 @@ GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
                                                          : GuideSource::kSurface;
 }
 
-/// Whether keep_samples runs: where frames state the noise within pixels of several samples. The
-/// samples of firefly=compress are not the light that a reference shows.
+/// Whether keep_samples runs: it needs second moments of several samples per pixel. Samples under
+/// firefly=compress are biased, so they are not kept.
 bool RunsKeepSamples(const Settings& s, const FrameFacts& facts) {
   return s.keep_samples && s.wavelet != Wavelet::kOff && s.firefly != Firefly::kCompress &&
          facts.second_moments != 0 && facts.samples_per_pixel >= kFewestKept - kSampleRounding;
 }
 
-/// What divides sigma_l. The tolerance of the luminance weight falls with the number of samples n,
-/// beside the noise to which it is relative: what a filter removes of the light does not become
-/// less with the noise. The best compromise of variance and squared bias falls with a power of the
-/// noise; the cube root of the samples has the least error on frames of 4 to 256 (docs/denoiser.md,
+/// Divisor of sigma_l, which is relative to the standard deviation of the noise. With a constant
+/// sigma_l the bias of the filter would not decrease with the noise. The bandwidth that minimises
+/// the mean squared error (variance plus squared bias) falls with a power of the noise; the cube
+/// root of the samples per pixel has the least error for 4 to 256 samples (docs/denoiser.md,
 /// keep_samples).
 float FallOfSigmaL(const Settings& s, const FrameFacts& facts) {
   return s.variance_of == VarianceOf::kMean ? std::cbrt(std::max(facts.samples_per_pixel, 1.0f))
                                             : 1.0f;
 }
 
-/// Which stages run. \param now  the progress with this frame's jitter
+/// The stages that run. \param now  the progress with this frame's jitter
 StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequenceProgress& now,
                    bool sparse) {
   const bool has_history = s.temporal && now.has_history;
@@ -210,9 +212,9 @@ StagesRun StagesOf(const Settings& s, const FrameFacts& facts, const SequencePro
           .tonemap = facts.is_displayed};
 }
 
-/// The number of signals with diffuse light, the first ones: light that is reflected sharply moves
-/// over its surface.
-/// \param lights  FrameFacts::lights; ~0: of any frame
+/// The number of signals with diffuse light, which come first. Specular reflections do not count:
+/// they move over the surface.
+/// \param lights  FrameFacts::lights; ~0: all
 int DiffuseSignals(std::span<const SignalGroup> signals, uint32_t lights) {
   const auto is_diffuse = [&](const SignalGroup& group) {
     return std::any_of(group.kinds.begin(), group.kinds.end(), [&](SignalKind kind) {
@@ -325,7 +327,7 @@ void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   const bool feeds_back = s.temporal && s.feedback > 0 &&
                           (s.feedback_when == FeedbackWhen::kFrame || whole) && !facts.has_future &&
                           !facts.is_backward;
-  // Light merged with the future has no version without feedback.
+  // Without feedback there is no light merged with future frames to blend with.
   plan->feedback_phase = whole || facts.has_future ? 1.0f : progress;
   plan->feedback_level = feeds_back ? s.feedback : 0;
   plan->after.fed_back = feeds_back;

@@ -19,7 +19,7 @@
 
 namespace stillray {
 
-/// All times of one thing in milliseconds, one per repeat.
+/// Times in milliseconds, one per repeat.
 struct Times {
   std::string name;
   std::vector<double> ms;

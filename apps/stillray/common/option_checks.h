@@ -28,8 +28,7 @@ inline CLI::Validator InRange(double low, double high) {
   return CLI::Validator(check, "");
 }
 
-/// One of two or more names. The check bears them as its own name, from which shell completion
-/// lists them.
+/// One of two or more names. The name of the check lists them, for shell completion.
 inline CLI::Validator OneOf(std::vector<std::string> names) {
   const std::string list = fmt::format("{}", fmt::join(names, "|"));
   const auto check = [names = std::move(names)](std::string& text) {

@@ -32,7 +32,7 @@ Status AddEffect(const std::string& name, PostEffects* effects) {
   return Status::Ok();
 }
 
-/// What a ray through the centre meets.
+/// Depth of the surface in the picture's centre; infinity where there is none.
 float CentreDepth(const Image1& depth) {
   const float centre = depth(depth.width() / 2, depth.height() / 2);
   return centre > 0.0f ? centre : std::numeric_limits<float>::infinity();

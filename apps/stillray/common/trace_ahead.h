@@ -18,8 +18,9 @@
 
 namespace stillray {
 
-/// Traces one frame at a time. What the task refers to, the renderer above all, belongs to it from
-/// Start() until Take() or Cancel() returns. Not thread-safe itself; the destructor cancels.
+/// Traces one frame at a time. Objects that the task refers to, such as the renderer, must not be
+/// used by others between Start() and the return of Take() or Cancel(). Not thread-safe itself; the
+/// destructor cancels.
 class TraceAhead {
  public:
   TraceAhead() = default;

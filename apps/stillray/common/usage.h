@@ -11,7 +11,8 @@
 
 namespace stillray {
 
-/// What `stillray` alone prints: the commands to begin with, and where the rest is.
+/// The output of `stillray` without arguments: the most important commands, and how to list the
+/// others.
 std::string ShortHelp();
 
 /// `stillray help` and `stillray help COMMAND`, like --help.

@@ -14,7 +14,7 @@ namespace stillray {
 
 struct OptionEntry {
   std::vector<std::string> names;   ///< "-o", "--output"; those of flags with "--no-"
-  std::string value;                ///< what follows it, such as "TEXT"; "" for a flag
+  std::string value;                ///< placeholder of its value, such as "TEXT"; "" for a flag
   std::vector<std::string> values;  ///< names that may follow it; empty: a file, a number, a text
   std::string default_value;        ///< "" if there is none
   std::string help;                 ///< without a full stop

@@ -110,7 +110,7 @@ std::string BashValues(const CommandEntry& command) {
   return text;
 }
 
-/// What may stand in a command's place without an option before it.
+/// The `case` branch that completes the options and the positional arguments of a command.
 std::string BashCommand(const CommandEntry& command) {
   std::string words;
   bool files = false;

@@ -35,7 +35,7 @@ bool IsSaidElsewhere(const Finding& finding, const DenoiseOptions& options, bool
       std::end(kSaidElsewhere)) {
     return true;
   }
-  // A note says so.
+  // A note of the layout reports it.
   if (derives_motion &&
       (finding.name == MissingName(Aov::kMotion) || finding.name == "motion_zero")) {
     return true;

@@ -63,7 +63,7 @@ Json LayoutJson(const AovLayout& layout) {
           {"notes", layout.notes}};
 }
 
-/// One of the three things that happen to a frame, side by side where that is possible.
+/// One of the three steps of a frame (read, filter, write), which may overlap.
 struct Part {
   const char* name;
   double milliseconds;  ///< over all frames
@@ -93,7 +93,7 @@ double Elapsed(const DenoiseLog& log) {
   return sum;
 }
 
-/// Which part sets the pace. It never waits for the others, so it is at work all the time.
+/// The step that limits the throughput: it is busy all the time, and the others wait for it.
 std::string SlowestText(const DenoiseLog& log) {
   const double elapsed = Elapsed(log);
   if (!(elapsed > 0)) {

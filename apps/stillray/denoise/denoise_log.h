@@ -29,8 +29,7 @@ Result<DenoiseLog> ParseDenoiseLog(const std::string& json);
 /// One line about light that was treated as missing, the reason, and the remedy; empty if there was
 /// none.
 std::string MissingLightWarning(const DenoiseLog& log);
-/// One line about frames in which what mirrors show is blurred (FrameReport::images_missing), or
-/// empty.
+/// One line about frames whose reflections are blurred (FrameReport::images_missing), or empty.
 std::string MissingImagesWarning(const DenoiseLog& log);
 /// Median, least and most milliseconds of every step, and memory.
 std::string DenoiseTimings(const DenoiseLog& log);

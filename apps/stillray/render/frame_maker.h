@@ -21,7 +21,8 @@
 
 namespace stillray {
 
-/// A frame as traced, and what is known of its tracing: the renderer may already trace another.
+/// A traced frame, with a copy of the renderer's statistics: the renderer may already be tracing
+/// the next frame.
 struct TracedFrame {
   Frame frame;
   Image3 reference;  ///< empty: none

@@ -86,7 +86,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
   return json;
 }
 
-/// Logs of earlier versions, which a run may have gone on with, do not have it.
+/// Frames of runs by earlier versions do not have this time.
 std::string WriteRow(const RunLog& log) {
   std::vector<double> values;
   for (const FrameLog& frame : log.frames) {
@@ -131,7 +131,7 @@ std::vector<FrameLog> FramesOfEarlierRun(const std::string& text, const RenderOp
     return {};
   }
   const Json was = Json::parse(text);
-  // By way of text, as the other has gone.
+  // Converted to text and back, as the log of the earlier run was: both then have the same types.
   Json is = Json::parse(JsonText(PictureSettings(options, log)));
   is["parameters"] = Json::parse(JsonText(ParametersJson(options.denoise)));
   for (const auto& [key, value] : is.items()) {

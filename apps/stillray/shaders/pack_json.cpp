@@ -33,7 +33,7 @@ Json MembersJson(const std::vector<PackMember>& members) {
   return list;
 }
 
-/// Numbers that one constant or member of 32 bits stands for.
+/// The value of a constant or member with these 32 bits.
 Json ValueJson(const std::string& type, uint32_t bits) {
   if (type == "bool") {
     return bits != 0;

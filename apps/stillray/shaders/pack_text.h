@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// README.md of a pack of shaders: what its JSON files say, for people.
+/// README.md of a pack of shaders: the content of its JSON files as text.
 #pragma once
 
 #include <string>

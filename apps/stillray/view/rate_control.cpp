@@ -88,7 +88,7 @@ FramePlan RateControl::Next(const RateChoice& choice, bool moves, bool attended)
   return plan_;
 }
 
-/// The cost of frames that refined shows which filter is fast enough.
+/// Selects filter, resolution and rate by the cost of the last frame that refined.
 void RateControl::BeginToMove() {
   Changed();
   paths_before_fall_ = 0;
@@ -241,7 +241,7 @@ bool RateControl::LowerRate(const Measured& now) {
   return true;
 }
 
-/// Whether the chosen filter keeps the picture small, while the faster one might not.
+/// Whether the time of the chosen filter limits the resolution, and the faster filter might not.
 bool RateControl::IsCramped(const Measured& now) const {
   SampleRate rate;
   return !fast_ && part_ > 0 && MayUseFastFilter() &&

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The last frame as views show it: its planes, and those that are derived from them while a view
-/// needs them.
+/// The displayed frame: its planes, and the planes derived from them that the current views need.
 #pragma once
 
 #include <memory>
@@ -20,7 +19,7 @@
 
 namespace stillray::view {
 
-/// What a frame's pictures are made of, beside the planes of ShownFrame.
+/// The inputs of a frame's pictures other than the planes of ShownFrame.
 struct FrameParts {
   const Frame& frame;
   const RenderMoment& moment;  ///< with both poses

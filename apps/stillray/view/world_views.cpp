@@ -11,7 +11,7 @@
 namespace stillray::view {
 namespace {
 
-/// The motion, in pixels, of a point of the world that stands still, or of a direction of the sky.
+/// The motion in pixels of a static point of the world, or of a direction of the sky.
 vec2 CameraMotion(const render::CameraView& now, const render::CameraView& before, vec3 position,
                   vec3 direction, bool is_surface) {
   if (!is_surface) {

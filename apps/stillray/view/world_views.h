@@ -13,7 +13,7 @@ namespace stillray::view {
 
 struct WorldViews {
   Image3 position;       ///< of the surface, world space; 0 where there is none
-  Image2 object_motion;  ///< Guides::motion less what the camera's own motion gives still surfaces
+  Image2 object_motion;  ///< Guides::motion minus that of a static surface, due to the camera
 };
 
 /// \param frame   with depth and motion, pixels in host memory; without them the planes are empty
