@@ -20,6 +20,13 @@ struct SignalHistory;
 /// Name of the host's part of a frame in the timings of a device.
 inline constexpr const char* kUploadStage = "upload";
 
+/// The images that mirrors and glass show in a part of a frame, of the frame's size.
+struct ShownImages {
+  const Image1* depth = nullptr;   ///< of FindImages, of reflections whose albedo is part of the
+                                   ///< specular albedo: see sum_albedo; nullptr: none
+  const Image1* length = nullptr;  ///< of TakeLengths, 0 where a pixel shows none; nullptr: none
+};
+
 /// One implementation of the denoiser. See the functions of Denoiser with the same names. Callers
 /// have checked settings, names, the frame's size and its future, and replaced missing guides.
 class DenoiserBackend {
@@ -30,10 +37,14 @@ class DenoiserBackend {
   virtual Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                          DenoisedFrame* out) = 0;
   virtual Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) = 0;
-  /// The images that mirrors show in the next frame to be denoised, whose specular albedo includes
-  /// theirs: see sum_albedo. Only for devices, of parts of a frame (LayeredDenoiser).
-  /// \param images  of FindImages, until that frame has been denoised; nullptr: none
-  virtual void ShowImages(const Image1* /*images*/) {}
+  /// The images that the next frame to be denoised shows, until it has been denoised. Only for
+  /// devices, as the next: of parts of a frame on the host (LayeredDenoiser).
+  virtual void ShowImages(const ShownImages&) {}
+  /// The number of samples in the light of the first signal of the last frame, whose colour was
+  /// requested.
+  virtual Status ReadLength(Image1*) {
+    return Status::Unsupported("only denoisers on devices have lengths to read");
+  }
   virtual Status SetSettings(const Settings& settings) = 0;
   virtual void SetResults(const Results& wanted) = 0;
   virtual Status ReadColour(Image3* colour) = 0;

@@ -329,8 +329,11 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
   Frame rest = WithoutLayers(frame);
   std::array<DenoisedFrame, kImageCount> pictures;
   std::array<Image1, kImageCount> images;
-  const bool sums_images =
-      SumsImageAlbedo(FactsOf(frame).albedos, settings_.fill_guides && HasIncompleteGuides(frame));
+  const bool fills_guides = settings_.fill_guides && HasIncompleteGuides(frame);
+  const bool sums_images = SumsImageAlbedo(FactsOf(frame).albedos, fills_guides);
+  Image1 length(frame.width, frame.height);
+  ShownImages shown;
+  shown.length = fills_guides ? nullptr : &length;
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] == nullptr) {
       continue;
@@ -345,15 +348,19 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
     AddTo(pictures[i].colour, &rest.emission);
+    Image1 of_layer_length;
+    STILLRAY_RETURN_IF_ERROR(layer_[i]->ReadLength(&of_layer_length));
+    TakeLengths(images[i], of_layer_length, &length);
     if (kImages[i] == GuideSource::kReflection && sums_images) {
       // For sum_albedo alone: the rest has no light that it divides.
       rest.guides.specular_albedo = of_layer.guides.specular_albedo;
-      main_->ShowImages(&images[i]);
+      shown.depth = &images[i];
     }
   }
   const std::vector<SignalHistory> of_rest = FutureWithoutLayers(frame, future);
+  main_->ShowImages(shown);
   const Status denoised = main_->Denoise(rest, of_rest, out);
-  main_->ShowImages(nullptr);
+  main_->ShowImages({});
   STILLRAY_RETURN_IF_ERROR(denoised);
   AddLayers(pictures, out);
   return Status::Ok();

@@ -2,6 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/picture_motion.h"
 
+#include <algorithm>
+
 #include "core/colour.h"
 #include "core/parallel.h"
 #include "denoise/picture_motion_shared.h"
@@ -33,6 +35,31 @@ bool IsWithin(const Image1& images, const Guides& surface, int x, int y) {
   return true;
 }
 
+/// The motion of the nearest image of the 3x3 neighbourhood that stands in front of the pixel's
+/// own, of equal ones the first in reading order; as silhouettes of surfaces those of images move
+/// with what is nearer. The pixel's own image has a motion, and the neighbours show images.
+vec2 NearestImageMotion(const Image1& images, const Image2& motion, int x, int y) {
+  const auto motion_at = [&](int u, int v) { return vec2(motion[0](u, v), motion[1](u, v)); };
+  const auto width = static_cast<float>(images.width());
+  const vec2 own = motion_at(x, y);
+  const float depth = images(x, y);
+  float nearest = depth;
+  vec2 result = own;
+  for (int v = std::max(y - 1, 0); v <= std::min(y + 1, images.height() - 1); ++v) {
+    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, images.width() - 1); ++u) {
+      const float opposite = images(std::clamp(2 * x - u, 0, images.width() - 1),
+                                    std::clamp(2 * y - v, 0, images.height() - 1));
+      const vec2 candidate = motion_at(u, v);
+      if (images(u, v) < nearest && StandsInFrontOfImage(depth, images(u, v), opposite) &&
+          HasImageMotion(candidate.x, width) && MovesNearly(own, candidate)) {
+        nearest = images(u, v);
+        result = candidate;
+      }
+    }
+  }
+  return result;
+}
+
 }  // namespace
 
 void FindImages(const Guides& surface, const Guides& selected, const Image3& albedo,
@@ -48,10 +75,9 @@ void FindImages(const Guides& surface, const Guides& selected, const Image3& alb
   ParallelRows(images->height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < width; ++x) {
-        const bool shows =
-            ShowsLittleElse(surface.depth(x, y), selected.depth(x, y), selected.motion[0](x, y),
-                            static_cast<float>(width), LuminanceAt(surface.albedo, 1.0f, x, y),
-                            LuminanceAt(albedo, 1.0f, x, y), LuminanceAt(other, 0.0f, x, y));
+        const bool shows = ShowsLittleElse(
+            surface.depth(x, y), selected.depth(x, y), LuminanceAt(surface.albedo, 1.0f, x, y),
+            LuminanceAt(albedo, 1.0f, x, y), LuminanceAt(other, 0.0f, x, y));
         (*images)(x, y) = ShownImage(selected.depth(x, y), shows);
       }
     }
@@ -63,13 +89,26 @@ void FollowImages(const Image1& images, const Guides& surface, const Image2& ima
   if (motion->empty() || image_motion.empty()) {
     return;
   }
+  const auto width = static_cast<float>(images.width());
   ParallelRows(motion->height(), 32, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {
       for (int x = 0; x < motion->width(); ++x) {
-        if (images(x, y) != 0 && IsWithin(images, surface, x, y)) {
-          (*motion)[0](x, y) = image_motion[0](x, y);
-          (*motion)[1](x, y) = image_motion[1](x, y);
+        if (images(x, y) != 0 && HasImageMotion(image_motion[0](x, y), width) &&
+            IsWithin(images, surface, x, y)) {
+          const vec2 followed = NearestImageMotion(images, image_motion, x, y);
+          (*motion)[0](x, y) = followed.x;
+          (*motion)[1](x, y) = followed.y;
         }
+      }
+    }
+  });
+}
+
+void TakeLengths(const Image1& images, const Image1& image_length, Image1* length) {
+  ParallelRows(images.height(), 32, [&](int y0, int y1) {
+    for (int y = y0; y < y1; ++y) {
+      for (int x = 0; x < images.width(); ++x) {
+        (*length)(x, y) = images(x, y) != 0 ? image_length(x, y) : (*length)(x, y);
       }
     }
   });

@@ -51,6 +51,8 @@ struct FrameFacts {
   bool has_reflection = false;         ///< virtual guides of the specular signals are given
   bool has_refraction = false;         ///< of the transmission signals
   bool albedo_of_images = false;       ///< of a part: the specular albedo is that of images, too
+  bool length_of_images = false;       ///< of a part: alphas of the emission are those lengths
+  bool keeps_length = false;           ///< the picture's alpha is the length of the history
   bool has_confidence = false;         ///< in the light of the last frame
   bool has_incomplete_guides = false;  ///< depth 0 and no sample, somewhere
   float samples_per_pixel = 1;         ///< mean over the frame; below 1 the frame is sparse

@@ -259,7 +259,7 @@ class LayerSplitTest : public test::DeviceTest {
     }
   }
 
-  // A layer of a frame, with an image of the frame in place of its picture.
+  // A layer of a frame, with its albedo in place of its picture: the alpha is the images' depth.
   Frame MakeExpectedLayer(const Frame& f, const Frame& stays, GuideSource source,
                           vulkan::LayerSplit* split) {
     const Result<Frame> layer = split->MakeLayer(stays, source, SelectSettings());
@@ -275,9 +275,7 @@ class LayerSplitTest : public test::DeviceTest {
     EXPECT_NO_FATAL_FAILURE(
         ExpectMoments(images.indirect_moment, f.signals[light + 1], f, own, expected));
     auto* part = dynamic_cast<vulkan::FramePart*>(layer->on_device.get());
-    const gpu::DeviceFrame& pixels = *gpu::FrameOn(*device_, stays);
-    part->picture =
-        vulkan::RefTo(pixels.images().lights[source == GuideSource::kReflection ? 0 : 1]);
+    part->picture = vulkan::RefTo(images.albedo);
     return *layer;
   }
 
@@ -287,6 +285,7 @@ class LayerSplitTest : public test::DeviceTest {
     std::vector<Frame> layers;
     Image2 motion = f.guides.motion;
     Image3 emission = f.emission;
+    Image1 length(f.width, f.height);
     for (const GuideSource source : kSources) {
       if (source == GuideSource::kRefraction && !with_glass) {
         continue;
@@ -294,12 +293,13 @@ class LayerSplitTest : public test::DeviceTest {
       SCOPED_TRACE(source == GuideSource::kReflection ? "reflection" : "refraction");
       layers.push_back(MakeExpectedLayer(f, stays, source, split));
       const Selected selected(f, source);
-      FollowImages(ImagesOf(f, selected.guides, source), f.guides, selected.guides.motion, &motion);
-      const Image3& picture = f.signals[source == GuideSource::kReflection ? 0 : 1].radiance;
+      const Image1 shown = ImagesOf(f, selected.guides, source);
+      FollowImages(shown, f.guides, selected.guides.motion, &motion);
+      TakeLengths(shown, shown, &length);
       for (int c = 0; c < 3; ++c) {
         for (int y = 0; y < f.height; ++y) {
           for (int x = 0; x < f.width; ++x) {
-            emission[c](x, y) += picture[c](x, y);
+            emission[c](x, y) += selected.albedo[c](x, y);
           }
         }
       }
@@ -311,6 +311,7 @@ class LayerSplitTest : public test::DeviceTest {
         *split->images(with_glass ? GuideSource::kRefraction : GuideSource::kReflection);
     ASSERT_NO_FATAL_FAILURE(ExpectPlanes(images.picture_motion, motion));
     ASSERT_NO_FATAL_FAILURE(ExpectPlanes(images.emission, emission));
+    ExpectSamePlane(PlanesOf<float, 4>(device_.get(), *images.emission)[3], length);
     const auto* part = dynamic_cast<const vulkan::FramePart*>(rest->on_device.get());
     EXPECT_EQ(part->facts.black_lights, with_glass ? 0b111100u : 0b1100u);
     EXPECT_FALSE(part->facts.has_reflection);

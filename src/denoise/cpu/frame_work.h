@@ -73,6 +73,7 @@ struct FrameWork {
   Image2 motion;   ///< of the picture; empty until there are virtual guides
   Image1 images;   ///< of FindImages, as the next; empty until there are virtual guides
   Image1 refracted_images;
+  Image1 length;         ///< of the light that the picture shows; empty until there are images
   Image3 spline;         ///< coefficients of the last picture; empty unless it is resampled so
   SummedAlbedo albedo;   ///< of sum_albedo, as the next two; empty unless it runs
   Image3 albedo_spline;  ///< coefficients of the last frame's antialiased albedo

@@ -326,6 +326,22 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   return work->motion;
 }
 
+/// The number of samples in the light that the picture shows, after FindShownImages.
+const Image1& PictureLength(const FramePlan& plan, const History& history, FrameWork* work) {
+  const Image1& of_surface = history.layers.front().signals.front().length;
+  if (plan.antialias.image_length == 0) {
+    return of_surface;
+  }
+  work->length = of_surface;
+  for (size_t i = 0; i < plan.layers.count; ++i) {
+    const GuideSource source = plan.layers.layer[i].guides;
+    if (source != GuideSource::kSurface) {
+      TakeLengths(*ImagesOf(source, work), history.layers[i].signals.front().length, &work->length);
+    }
+  }
+  return work->length;
+}
+
 /// Whether anything in the picture moves.
 bool Moves(const Image2& motion) {
   return AnyPixel(motion, [](float v) { return v != 0; });
@@ -403,7 +419,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
     antialias.ratio = RunFollowLight(p, in, parts, antialias.motion, history, work);
   }
   if (p.plan.antialias.weigh_by_length != 0) {
-    antialias.length = &surface.signals.front().length;
+    antialias.length = &PictureLength(p.plan, *history, work);
     antialias.samples = in.frame.samples.empty() ? nullptr : &in.frame.samples;
     antialias.confidence = in.frame.confidence.empty() ? nullptr : &in.frame.confidence;
   }

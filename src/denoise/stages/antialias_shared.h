@@ -18,6 +18,7 @@ SHARED_BLOCK(AntialiasParameters) {
   int follow_light;     // signals that follow_light compares, the first ones; 0: it does not run
   int clamp_light;      // 1: the light of the last picture is clamped, 0: the last picture
   int image_albedo;     // 1: the albedo of reflected light is that of the images that mirrors show
+  int image_length;     // 1: where a pixel shows an image the history is that of the image's light
   float tone_scale;     // pictures are blended under x / (1 + tone_scale x); 0: as linear light
 };
 

@@ -3,7 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// antialias: see stages/antialias.h. Also writes the picture to the caller's image.
+// antialias: see stages/antialias.h. Also writes the picture to the caller's image. Where layers of
+// light have been filtered before, alphas of the emission are lengths: see add_layer.comp.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/follow_light_shared.h"
@@ -56,13 +57,18 @@ vec2 NearestMotion(ivec2 p) {
   return texelFetch(motion_image, place, 0).xy;
 }
 
+// Of the light that a pixel shows: see TakeLengths of picture_motion.h.
+float Length(ivec2 p) {
+  float of_image = antialias.image_length != 0 ? texelFetch(emission_image, p, 0).w : 0.0f;
+  return of_image > 0.0f ? of_image : texelFetch(moments, ivec3(p, 0), 0).z;
+}
+
 // The longest history in the 3x3 neighbourhood.
 float LongestAround(ivec2 p) {
   float longest = 0.0f;
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      ivec2 q = ClampToPicture(p + ivec2(dx, dy));
-      longest = max(longest, texelFetch(moments, ivec3(q, 0), 0).z);
+      longest = max(longest, Length(ClampToPicture(p + ivec2(dx, dy))));
     }
   }
   return longest;
@@ -181,8 +187,8 @@ vec3 ClampAlbedo(ivec2 p, vec2 place, vec3 albedo, Range around) {
   albedo = min(max(albedo, low.xyz), high.xyz);
   bool beside_image = antialias.image_albedo != 0 &&
                       IsBesideImageByLog(texelFetch(albedo_sum, p, 0).w, low.w, high.w);
-  if (!IsYoung(texelFetch(moments, ivec3(p, 0), 0).z, GivenSamples(p)) && !IsBesideSurface(p) &&
-      !WasBesideSurface(place) && !beside_image) {
+  if (!IsYoung(Length(p), GivenSamples(p)) && !IsBesideSurface(p) && !WasBesideSurface(place) &&
+      !beside_image) {
     return albedo;
   }
   return min(max(albedo, around.low), around.high);
@@ -282,7 +288,8 @@ void main() {
     KeepAlbedo(p, Albedo(p));
   }
   imageStore(picture_out, p, Stored(vec4(c, 1.0f)));
-  vec4 result = vec4(c / picture_exposure, 1.0f);
+  float alpha = keeps_length != 0 ? texelFetch(moments, ivec3(p, 0), 0).z : 1.0f;
+  vec4 result = vec4(c / picture_exposure, alpha);
   if (colour_is_half != 0) {
     imageStore(colour_half, p,
                Stored(vec4(clamp(result.xyz, vec3(-65504.0f), vec3(65504.0f)), 1.0f)));

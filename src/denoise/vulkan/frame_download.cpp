@@ -29,6 +29,16 @@ void UnpackColour(const float* from, int width, int height, Image3* to) {
   });
 }
 
+void UnpackAlpha(const float* from, Image1* to) {
+  for (int y = 0; y < to->height(); ++y) {
+    const float* row = from + static_cast<ptrdiff_t>(y) * to->width() * 4;
+    float* out = to->Row(y);
+    for (int x = 0; x < to->width(); ++x) {
+      out[x] = row[x * 4 + 3];
+    }
+  }
+}
+
 /// Leaves the alpha out.
 void UnpackDisplay(const uint8_t* from, int width, int height, std::vector<uint8_t>* to) {
   to->resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
@@ -150,6 +160,14 @@ Status FrameDownload::ReadColour(Image3* colour) const {
   const Result<const void*> texels = colour_.Texels();
   STILLRAY_RETURN_IF_ERROR(texels.status());
   UnpackColour(static_cast<const float*>(*texels), width_, height_, colour);
+  return Status::Ok();
+}
+
+Status FrameDownload::ReadLength(Image1* length) const {
+  const Result<const void*> texels = colour_.Texels();
+  STILLRAY_RETURN_IF_ERROR(texels.status());
+  *length = Image1(width_, height_);
+  UnpackAlpha(static_cast<const float*>(*texels), length);
   return Status::Ok();
 }
 

@@ -70,6 +70,8 @@ class FrameDownload {
   /// The finished colour on the device.
   ImageRef picture() const { return colour_.ref(); }
   Status ReadColour(Image3* colour) const;
+  /// Reads the colour's alpha: see FrameFacts::keeps_length.
+  Status ReadLength(Image1* length) const;
   /// Reads the results into `out`; clears those that are not requested.
   Status Read(const Results& wanted, DenoisedFrame* out) const;
 

@@ -71,6 +71,7 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   float shift_y;
   int estimates_variance;  // 0: the wavelet reads no variance
   int colour_is_half;      // which output image is given
+  int keeps_length;        // 1: its alpha is the length of the first signal's history; 0: it is 1
   int shows;               // a display image is given
   int energy_signals;      // bit s: restore_energy runs for signal s
   DemodulateParameters demodulate;

@@ -156,7 +156,7 @@ void FrameUpload::WritePlane(const Entry& entry, const Plane<T>& plane) {
   }
 }
 
-Status FrameUpload::Write(const Frame& f, const Image1* images) {
+Status FrameUpload::Write(const Frame& f, const ShownImages& images) {
   const Guides& g = f.guides;
   for (const Signal& signal : f.signals) {
     const auto k = static_cast<size_t>(signal.kind);
@@ -195,8 +195,11 @@ Status FrameUpload::Write(const Frame& f, const Image1* images) {
   if (!g.previous_normal.empty()) {
     WritePlanes(previous_normal_, g.previous_normal);
   }
-  if (images != nullptr) {
-    WriteFourth(albedos_[1], *images);
+  if (images.depth != nullptr) {
+    WriteFourth(albedos_[1], *images.depth);
+  }
+  if (images.length != nullptr) {
+    WriteFourth(emission_, *images.length);
   }
   return arena_.Flush();
 }

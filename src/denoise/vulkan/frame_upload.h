@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "denoise/backend.h"
 #include "denoise/vulkan/parameters.h"
 #include "denoise/vulkan/pass_recorder.h"
 #include "gpu/device.h"
@@ -25,8 +26,8 @@ class FrameUpload {
   bool Fits(int width, int height, const FrameFacts& facts) const;
 
   /// Copies the frame to staging memory.
-  /// \param images  fourth channel of the specular albedo (DenoiserBackend::ShowImages); or nullptr
-  Status Write(const Frame& frame, const Image1* images = nullptr);
+  /// \param images  fourth channels of the specular albedo and of the emission
+  Status Write(const Frame& frame, const ShownImages& images = {});
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);
 

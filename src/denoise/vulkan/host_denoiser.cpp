@@ -37,7 +37,8 @@ class HostDenoiser : public DenoiserBackend {
   Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                  DenoisedFrame* out) override;
   Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) override;
-  void ShowImages(const Image1* images) override { shown_ = images; }
+  void ShowImages(const ShownImages& images) override { shown_ = images; }
+  Status ReadLength(Image1* length) override { return download_->ReadLength(length); }
   Status SetSettings(const Settings& settings) override;
   void SetOutputs(std::vector<std::string> names) override {
     outputs_ = std::move(names);
@@ -91,7 +92,7 @@ class HostDenoiser : public DenoiserBackend {
   FrameInputs inputs_;                      ///< of the frame in progress
   FramePart* part_ = nullptr;               ///< that frame, if it is part of one on the device
   OddValues odd_;                           ///< of its values
-  const Image1* shown_ = nullptr;           ///< see ShowImages
+  ShownImages shown_;                       ///< see ShowImages
   Frame from_elsewhere_;                    ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
   std::vector<double> row_sums_;
@@ -117,7 +118,9 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   STILLRAY_RETURN_IF_ERROR(CheckFrame(f, settings_, use));
   odd_ = FindOddValues(f, use);
   facts.has_incomplete_guides = settings_.fill_guides && HasIncompleteGuides(f);
-  facts.albedo_of_images = shown_ != nullptr;
+  facts.albedo_of_images = shown_.depth != nullptr;
+  facts.length_of_images = shown_.length != nullptr;
+  facts.keeps_length = true;  // for ReadLength
   facts.samples_per_pixel = SamplesPerPixel(f, &row_sums_);
   STILLRAY_RETURN_IF_ERROR(PrepareWork(f, facts));
   STILLRAY_RETURN_IF_ERROR(PrepareUpload(f, facts));

@@ -65,6 +65,7 @@ struct RescalePush {
 struct AddPush {
   int32_t has_id = 0;
   int32_t has_emission = 0;
+  int32_t has_length = 0;
   int32_t width = 0;
   int32_t height = 0;
 };
@@ -341,7 +342,8 @@ Status LayerPasses::RecordRest(gpu::CommandList* commands, const FrameFacts& fac
                              picture,
                              RefTo(own.picture_motion),
                              RefTo(own.emission)};
-  const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0, width_, height_};
+  const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0,
+                        facts.length_of_images ? 1 : 0, width_, height_};
   WaitForWrites(commands);  // of the layer's picture
   Begin(commands, kAddLayer, &rest_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kAddLayer, images, BytesOf(push)));
@@ -373,6 +375,8 @@ FrameFacts LayerPasses::FactsOfLayer(const FrameFacts& frame) const {
   facts.has_reflection = false;
   facts.has_refraction = false;
   facts.albedo_of_images = false;
+  facts.length_of_images = false;
+  facts.keeps_length = true;
   facts.is_displayed = false;
   return facts;
 }
@@ -406,6 +410,7 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   facts.has_emission = true;
   (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
   facts.albedo_of_images = facts.albedo_of_images || SumsImages(frame);
+  facts.length_of_images = !frame.has_incomplete_guides;
   return facts;
 }
 

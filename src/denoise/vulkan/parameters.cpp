@@ -88,6 +88,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.with_behind = shape.with_behind ? 1 : 0;
   p.feedback_phase = plan.feedback_phase;
   p.estimates_variance = plan.runs.estimate_variance ? 1 : 0;
+  p.keeps_length = facts.keeps_length ? 1 : 0;
   p.shows = plan.runs.tonemap ? 1 : 0;
   p.energy_signals = plan.energy_signals;
   p.demodulate = plan.demodulate;

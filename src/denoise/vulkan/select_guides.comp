@@ -56,13 +56,13 @@ vec3 SelectedAlbedo(bool image, ivec2 p) {
   return image ? own * vec3(SeenAlbedo(seen.x), SeenAlbedo(seen.y), SeenAlbedo(seen.z)) : own;
 }
 
-bool ShowsLittleElseAt(ivec2 p, float own_depth, float depth, float motion_x, int width) {
+bool ShowsLittleElseAt(ivec2 p, float own_depth, float depth) {
   vec3 diffuse = texelFetch(diffuse_albedo, p, 0).xyz;
   vec3 layer = texelFetch(layer_albedo, p, 0).xyz;
   vec3 other = has_other_albedo != 0 ? texelFetch(other_albedo, p, 0).xyz : vec3(0.0f);
-  return ShowsLittleElse(
-      own_depth, depth, motion_x, float(width), Luminance709(diffuse.x, diffuse.y, diffuse.z),
-      Luminance709(layer.x, layer.y, layer.z), Luminance709(other.x, other.y, other.z));
+  return ShowsLittleElse(own_depth, depth, Luminance709(diffuse.x, diffuse.y, diffuse.z),
+                         Luminance709(layer.x, layer.y, layer.z),
+                         Luminance709(other.x, other.y, other.z));
 }
 
 bool IsInside(ivec2 p, ivec2 size) {
@@ -123,7 +123,7 @@ void main() {
   if (has_id != 0) {
     id = image ? texelFetch(image_id, p, 0).x : texelFetch(surface_id, p, 0).x;
   }
-  float shown = ShownImage(depth, ShowsLittleElseAt(p, own_depth, depth, motion.x, size.x));
+  float shown = ShownImage(depth, ShowsLittleElseAt(p, own_depth, depth));
   imageStore(depth_out, p, vec4(has_light ? depth : kNoSurface));
   imageStore(normal_out, p, vec4(SelectedNormal(image, p), 0.0f));
   imageStore(motion_out, p, vec4(motion, 0.0f, 0.0f));
