@@ -335,7 +335,7 @@ void PlanFeedback(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   const bool feeds_back = s.temporal && s.feedback > 0 &&
                           (s.feedback_when == FeedbackWhen::kFrame || whole) && !facts.has_future &&
                           !facts.is_backward;
-  // Without feedback there is no light merged with future frames to blend with.
+  // Light that is merged with future frames has no version without feedback to blend with.
   plan->feedback_phase = whole || facts.has_future ? 1.0f : progress;
   plan->feedback_level = feeds_back ? s.feedback : 0;
   plan->after.fed_back = feeds_back;
