@@ -149,6 +149,7 @@ struct Settings {
   int short_history_length = 4;
   float short_history_boost = 0.5f;
   PrefilterVariance prefilter_variance = PrefilterVariance::kOn;
+  float prefilter_limit = 2.0f;
 
   Wavelet wavelet = Wavelet::kSvgf;
   Kernel kernel = Kernel::k5x5;

@@ -286,7 +286,8 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .luminance_floor = s.luminance_floor,
       .short_history_blur = s.short_history == ShortHistory::kBlur ? ShortHistoryLength(s) : 0.0f,
       .volume_signals = SignalsOfOnly(IsTransmitted, plan->signals, facts.lights),
-      .volume_widening = std::sqrt(FallOfSigmaL(s, facts))};
+      .volume_widening = std::sqrt(FallOfSigmaL(s, facts)),
+      .prefilter_limit = s.prefilter_variance == PrefilterVariance::kOn ? s.prefilter_limit : 0.0f};
   plan->atrous = {.edges = EdgesOf(s, facts),
                   .wavelet_id = Int(s.wavelet_id),
                   .noise_ratio = s.noise_ratio,

@@ -33,6 +33,7 @@ constexpr PresetValue kSvgf[] = {
     {"short_history", "spatial"},
     {"short_history_window", "7x7"},
     {"short_history_boost", "0"},
+    {"prefilter_limit", "0"},
     {"feedback", "1"},
     {"feedback_when", "frame"},
     {"sigma_n", "128"},
@@ -63,6 +64,7 @@ constexpr PresetValue kPsvgf[] = {
     {"short_history", "blur"},
     {"short_history_window", "7x7"},
     {"short_history_boost", "0"},
+    {"prefilter_limit", "0"},
     {"kernel", "3x3"},
     {"steps", "16,8,4,2,1"},
     {"feedback", "5"},
@@ -94,6 +96,7 @@ constexpr PresetValue kEaw[] = {
     {"temporal", "off"},
     {"limit_history", "off"},
     {"variance_of", "frame"},
+    {"prefilter_limit", "0"},
     {"wavelet", "eaw"},
     {"restore_energy", "off"},
     {"virtual_roughness", "0"},
@@ -111,6 +114,7 @@ constexpr PresetValue kEaw[] = {
 /// Accumulation alone.
 constexpr PresetValue kTemporal[] = {
     {"limit_history", "off"},
+    {"prefilter_limit", "0"},
     {"wavelet", "off"},
     {"virtual_roughness", "0"},
     {"virtual_motion_roughness", "0"},

@@ -257,6 +257,13 @@ std::vector<Row> MakeTable() {
                 .max = 2,
                 .choices = {"off", "once", "on"}},
        .member = Choice<Settings, &Settings::prefilter_variance>()},
+      {.info = {.name = "prefilter_limit",
+                .type = kFloat,
+                .group = "prefilter_variance",
+                .help = "With prefilter_variance=on: largest ratio of the smoothed variance to the "
+                        "pixel's own; 0: no limit.",
+                .max = 1000.0},
+       .member = &Settings::prefilter_limit},
       {.info = {.name = "wavelet",
                 .type = kChoice,
                 .group = "atrous",

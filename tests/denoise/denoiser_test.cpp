@@ -417,6 +417,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"short_history_length", "0", {}},
       {"short_history_boost", "4", {}},
       {"prefilter_variance", "off", {}},
+      {"prefilter_limit", "1", {}},
       {"wavelet", "eaw", {}},
       {"kernel", "3x3", {}},
       {"steps", "16,8,4,2,1", {}},

@@ -89,6 +89,7 @@ TEST(PrefilterVariance, AsTheScalarStage) {
           p.luminance_scale_deviation = square_root ? 1 : 0;
           p.short_history_blur = short_history_blur;
           p.luminance_floor = smooth ? 0.2f : 0.0f;
+          p.prefilter_limit = square_root ? 1.3f : 0.0f;
           Image1 expected(kWidth, kHeight);
           reference::PrefilterVariance(signal.Input(false), p, &expected);
           Image1 counted(kWidth, kHeight);
@@ -138,6 +139,32 @@ TEST(PrefilterVariance, WithAConfidenceAsTheScalarStage) {
     ExpectNear(found, expected);
   }
   hwy::SetSupportedTargetsForTest(0);
+}
+
+// A pixel whose neighbour, on another surface, has a thousand times its variance.
+TEST(PrefilterVariance, NoiseOfANeighbourRaisesTheToleranceUpToALimit) {
+  Signal signal;
+  signal.luminance.Fill(0);
+  signal.variance.Fill(0.04f);
+  signal.variance(12, 30) = 40;
+  ASSERT_GT(signal.guides.inverse_depth(11, 30), 0);
+  PrefilterVarianceParameters p = test::DefaultPlan().prefilter_variance;
+  p.luminance_floor = p.luminance_epsilon = 0;
+  const auto tolerance = [&](float limit, int x) {
+    p.prefilter_limit = limit;
+    Image1 factor(kWidth, kHeight);
+    reference::PrefilterVariance(signal.Input(false), p, &factor);
+    return 1.4426950408889634 / static_cast<double>(factor(x, 30));
+  };
+  const double own = static_cast<double>(p.sigma_l) * 0.2;  // of the deviation
+  EXPECT_GT(tolerance(0, 11), 8 * own);
+  // g of the variance: 14 of its 16 weights are of the pixel's own surface.
+  const double least = (14 * 0.04 + 2 * 40) / 16 / 64;
+  EXPECT_NEAR(tolerance(2, 11), static_cast<double>(p.sigma_l) * std::sqrt(2 * 0.04 + least), 1e-4);
+  EXPECT_NEAR(tolerance(1, 11), static_cast<double>(p.sigma_l) * std::sqrt(0.04 + least), 1e-4);
+  EXPECT_NEAR(tolerance(2, 9), own, 1e-4);  // no such neighbour
+  // Neighbours of less variance lower it.
+  EXPECT_NEAR(tolerance(2, 12), tolerance(0, 12), 1e-4);
 }
 
 TEST(PrefilterVariance, LightOfVolumesHasAWiderTolerance) {

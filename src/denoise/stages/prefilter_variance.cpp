@@ -107,10 +107,10 @@ class RowVariance {
   /// Whether all pixels x, x + 1, ... and their neighbours have light.
   HWY_INLINE bool Full(int x) const { return scratch_.full_around[x / kBlockPixels] != 0; }
 
-  HWY_INLINE VF At(int x) const {
-    const DF d;
-    return smooth_ ? Smoothed(Full(x), x) : hn::LoadU(d, rows_.variance.row[1] + x);
-  }
+  HWY_INLINE VF At(int x) const { return smooth_ ? Smoothed(Full(x), x) : Own(x); }
+
+  /// The pixels' own variance.
+  HWY_INLINE VF Own(int x) const { return hn::LoadU(DF(), rows_.variance.row[1] + x); }
 
   /// `value` where the pixels x, x + 1, ... have light, else `other`.
   HWY_INLINE VF WhereLit(int x, VF value, VF other) const {
@@ -160,11 +160,20 @@ HWY_INLINE VF SigmaAt(const PrefilterVarianceInput& in, const PrefilterVarianceP
   return hn::Mul(sigma, hn::Min(widening, hn::Set(d, p.volume_widening)));
 }
 
+/// LimitedVariance for a limit above 0.
+HWY_INLINE VF Limited(VF smoothed, VF own, float limit) {
+  const DF d;
+  const VF least = hn::Mul(hn::Set(d, kLeastOfSmoothed), smoothed);
+  return hn::Min(smoothed, hn::MulAdd(hn::Set(d, limit), own, least));
+}
+
 /// LuminanceFactor of the pixels x, x + 1, ... of a row.
 HWY_INLINE VF FactorAt(const RowVariance& of_row, const float* luminance, const float* length,
                        const PrefilterVarianceParameters& p, VF sigma_l, int x) {
   const DF d;
-  const VF variance = of_row.At(x);
+  const VF smoothed = of_row.At(x);
+  const VF variance =
+      p.prefilter_limit > 0 ? Limited(smoothed, of_row.Own(x), p.prefilter_limit) : smoothed;
   const VF spread = p.luminance_scale_deviation != 0 ? hn::Sqrt(variance) : variance;
   const VF l = hn::Abs(hn::LoadU(d, luminance + x));
   const VF tolerance = hn::MulAdd(

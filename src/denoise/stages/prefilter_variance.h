@@ -3,7 +3,8 @@
 
 /// prefilter_variance: the denominator of each pixel's luminance weight, from the variance around
 /// it. Source: SVGF section 4.4 (g3x3 of the variance, eq. 5), PSVGF section 4.3: 3x3 (1 2 1) x (1
-/// 2 1) / 16, renormalised over pixels that have light; missing ones are skipped, never filled. The
+/// 2 1) / 16, renormalised over pixels that have light; missing ones are skipped, never filled.
+/// Departs from them: the result is at most `prefilter_limit` times the pixel's own variance. The
 /// denominator is computed here, once per pixel instead of once per tap. Border: 1 pixel. Reads 8
 /// to 16, writes 4 bytes per pixel.
 /// SmoothVariance is the other reading of the papers: the variance itself is smoothed, once, and

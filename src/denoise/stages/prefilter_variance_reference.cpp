@@ -15,7 +15,8 @@ void PrefilterVariance(const PrefilterVarianceInput& in, const PrefilterVariance
   for (int y = 0; y < factor->height(); ++y) {
     for (int x = 0; x < factor->width(); ++x) {
       const bool bounded = valid(x, y) > 0 && (*in.length)(x, y) >= p.short_history_blur;
-      const float smoothed = SmoothedVariance(*in.variance, valid, radius, x, y);
+      const float smoothed = LimitedVariance(SmoothedVariance(*in.variance, valid, radius, x, y),
+                                             (*in.variance)(x, y), p.prefilter_limit);
       const float given = in.confidence != nullptr ? (*in.confidence)(x, y) : 1.0f;
       const float sigma_l =
           p.sigma_l * VolumeWidening(UsedConfidence(given, std::isnan(given)), p.volume_widening);

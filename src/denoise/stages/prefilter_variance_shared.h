@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Parameters of prefilter_variance. The formula: LuminanceFactor of edge_stopping_shared.h.
+// Parameters of prefilter_variance, and the limit of the smoothed variance. The denominator:
+// LuminanceFactor of edge_stopping_shared.h.
 #ifndef STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
 #define STILLRAY_DENOISE_PREFILTER_VARIANCE_SHARED_H
 
@@ -20,7 +21,16 @@ SHARED_BLOCK(PrefilterVarianceParameters) {
   float short_history_blur;  // shorter histories have no luminance weight
   int volume_signals;        // bit s: signal s is transmitted light alone, as that of volumes is
   float volume_widening;     // the most by which their sigma_l grows; 1: not at all
+  float prefilter_limit;     // of the smoothed variance, relative to the pixel's own; 0: none
 };
+
+// The smoothed variance under that limit. A neighbour on another surface, whose noise is a
+// hundredfold, would let the luminance weight accept any light. A part of the smoothed variance
+// remains: the estimate of the pixel's own may be zero by chance.
+const float kLeastOfSmoothed = 1.0f / 64.0f;
+SHARED_FN float LimitedVariance(float smoothed, float own, float limit) {
+  return limit > 0.0f ? min(smoothed, limit * own + kLeastOfSmoothed * smoothed) : smoothed;
+}
 
 // Factor of sigma_l for light of volumes under a confidence in the light of the last frame. Smoke
 // changes, so that less of its light is accumulated, and has no texture that its filter could blur.

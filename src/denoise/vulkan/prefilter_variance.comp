@@ -29,7 +29,9 @@ void main() {
     }
     float own_variance = IsValid(own.w) ? VarianceOf(own.w) : 0.0f;
     float smoothed =
-        prefilter_variance.prefilter_variance != 0 ? SmoothedVariance(s) : own_variance;
+        prefilter_variance.prefilter_variance != 0
+            ? LimitedVariance(SmoothedVariance(s), own_variance, prefilter_variance.prefilter_limit)
+            : own_variance;
     // Without exposure, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
