@@ -17,31 +17,33 @@ namespace stillray {
 
 struct SignalHistory;
 
-/// Name of the host's part of a frame in the timings of a device.
+/// Name of the upload from the host in the timings of a device.
 inline constexpr const char* kUploadStage = "upload";
 
-/// The images that mirrors and glass show in a part of a frame, of the frame's size.
+/// The virtual images in mirrors and glass, for one part of a frame. Planes have the frame's size.
 struct ShownImages {
-  const Image1* depth = nullptr;   ///< of FindImages, of reflections whose albedo is part of the
-                                   ///< specular albedo: see sum_albedo; nullptr: none
-  const Image1* length = nullptr;  ///< of TakeLengths, 0 where a pixel shows none; nullptr: none
+  const Image1* depth = nullptr;  ///< output of FindImages: depth of reflections whose albedo is
+                                  ///< part of the specular albedo (sum_albedo); nullptr: none
+  const Image1* length =
+      nullptr;  ///< output of TakeLengths, 0 without virtual image; nullptr: none
 };
 
-/// One implementation of the denoiser. See the functions of Denoiser with the same names. Callers
-/// have checked settings, names, the frame's size and its future, and replaced missing guides.
+/// One implementation of the denoiser. See the functions of Denoiser with the same names.
+/// Preconditions: settings, names, the frame's size and its future are checked, and missing guides
+/// are replaced.
 class DenoiserBackend {
  public:
   virtual ~DenoiserBackend() = default;
-  /// \param future  one history per signal, of the frame's size, as Accumulate makes them; empty:
-  ///                the frame's future is not known
+  /// \param future  output of Accumulate: one history per signal, of the frame's size; empty: the
+  ///                frame's future is unknown
   virtual Status Denoise(const Frame& frame, std::span<const SignalHistory> future,
                          DenoisedFrame* out) = 0;
   virtual Status Accumulate(const Frame& frame, std::vector<SignalHistory>* future) = 0;
-  /// The images that the next frame to be denoised shows, until it has been denoised. Only for
-  /// devices, as the next: of parts of a frame on the host (LayeredDenoiser).
+  /// Sets the virtual images of the next frame to be denoised; they must exist until it is
+  /// denoised. Only for devices, for parts of a frame on the host (LayeredDenoiser).
   virtual void ShowImages(const ShownImages&) {}
-  /// The number of samples in the light of the first signal of the last frame, whose colour was
-  /// requested.
+  /// Reads the history length of the first signal in the last frame, whose colour must have been
+  /// requested. Only for devices.
   virtual Status ReadLength(Image1*) {
     return Status::Unsupported("only denoisers on devices have lengths to read");
   }
@@ -57,20 +59,20 @@ class DenoiserBackend {
   virtual Status RestoreHistory(std::span<const uint8_t> bytes) = 0;
 };
 
-/// Parts of a frame whose pixels a renderer left on the device, as frames that are on the device
-/// too: layers of reflected and of transmitted light, and the rest. See LayeredDenoiser. Parts are
-/// for denoisers on the same device: first the layers, which must exist until the rest has been
-/// denoised, then the rest, before parts of another frame are made.
+/// Splits a frame that a renderer left on the device into parts, which are frames on this device
+/// too: the layers of reflected and of transmitted light, and the remaining frame ("rest"). See
+/// LayeredDenoiser. Denoisers on the same device process first the layers, which must exist until
+/// the rest has been denoised, then the rest, before parts of another frame are made.
 class FrameSplit {
  public:
   virtual ~FrameSplit() = default;
-  /// Reflected or transmitted light with the guides of select_guides.
-  /// \param frame  DeviceBackend::Holds it, and it has virtual guides of this source
+  /// The layer of reflected or transmitted light, with the guides of select_guides.
+  /// \param frame  DeviceBackend::Holds(frame) is true, and it has virtual guides of this source
   /// \return kOutOfMemory, or errors of the device
   virtual Result<Frame> MakeLayer(const Frame& frame, GuideSource source,
                                   const Settings& settings) = 0;
-  /// The frame whose light in the layers that exist is black, with the motion of FollowImages; the
-  /// pictures of its layers are part of its emission.
+  /// The frame without the radiance of the layers made so far, with the motion of FollowImages; the
+  /// denoised images of the layers are added to its emission.
   virtual Result<Frame> MakeRest(const Frame& frame) = 0;
   /// Appends the device's times for all parts of the last frame.
   virtual void AddTimes(std::vector<StageTime>* times) const = 0;
@@ -83,7 +85,7 @@ class DeviceBackend {
   virtual ~DeviceBackend() = default;
   virtual Result<std::unique_ptr<DenoiserBackend>> CreateDenoiser(const Settings& settings,
                                                                   DevicePrecision precision) = 0;
-  /// Whether a renderer left the frame's pixels on this device, for a FrameSplit.
+  /// Whether the frame's pixels are on this device, as a FrameSplit requires.
   virtual bool Holds(const Frame&) const { return false; }
   virtual Result<std::unique_ptr<FrameSplit>> CreateFrameSplit() {
     return Status::Unsupported("frames on this device have no parts");

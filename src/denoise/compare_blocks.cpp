@@ -15,7 +15,7 @@ float Finite(float value, float otherwise) {
   return std::isfinite(value) ? value : otherwise;
 }
 
-/// The luminance of what divided a signal; of one channel, the channel's part of it.
+/// The luminance of a signal's divisor; for a signal of one channel, that channel's part.
 float AlbedoAt(const AlbedoSum& albedo, int x, int y) {
   vec3 sum(0.0f);
   for (int i = 0; i < albedo.count; ++i) {
@@ -32,9 +32,9 @@ float AlbedoAt(const AlbedoSum& albedo, int x, int y) {
 
 /// Luminances of a pixel.
 struct PixelLight {
-  float own = 0;  ///< of the followed signals, without albedo
+  float own = 0;  ///< of the followed signals, demodulated
   float albedo = 0;
-  float rest = 0;  ///< of all other light
+  float rest = 0;  ///< of all other radiance
 };
 
 PixelLight LightAt(const FollowLightInput& in, int x, int y) {
@@ -73,7 +73,7 @@ bool IsNearSurface(const Image1& inverse_depth, int x, int y) {
   return false;
 }
 
-/// \return the light of a pixel's surface in the last frame; negative: unknown
+/// \return the radiance of a pixel's surface in the last frame; negative: unknown
 float LightBefore(const FollowLightInput& in, int x, int y) {
   if (in.before == nullptr || !(in.guides.inverse_depth(x, y) > 0)) {
     return -1;

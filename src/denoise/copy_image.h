@@ -10,7 +10,7 @@
 
 namespace stillray {
 
-/// Copies the pixels, not the border. Both images have one size.
+/// Copies the pixels, not the border. Both images must have one size.
 template <typename Basis>
 void CopyImage(const Planes<float, 3, Basis>& from, Planes<float, 3, Basis>* to) {
   ParallelRows(from.height(), 32, [&](int y0, int y1) {

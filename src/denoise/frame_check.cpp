@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kMaxSide = 32768;
 
-/// The name of a plane in messages, put together only where there is one.
+/// The name of a plane in messages; the text is built only for a message.
 struct PlaneName {
   const char* image;
   int channel = -1;  ///< -1: the image has one
@@ -60,7 +60,7 @@ Status CheckPlanes(const Frame& frame, const Planes<float, N>& planes, const cha
   return Status::Ok();
 }
 
-/// Motion is needed where something follows it.
+/// Checks that motion is given if the history or antialias uses it.
 Status CheckMotion(const Frame& frame, const Settings& settings, MotionUse use) {
   const Image2& motion = frame.guides.motion;
   STILLRAY_RETURN_IF_ERROR(CheckPlanes(frame, motion, "motion", false));
@@ -94,7 +94,7 @@ constexpr VirtualNames kReflection = {"reflection_depth", "reflection_normal", "
 constexpr VirtualNames kRefraction = {"refraction_depth", "refraction_normal", "refraction_albedo",
                                       "refraction_motion", "refraction_id"};
 
-/// Virtual guides need a depth, and motion where there are histories.
+/// Checks virtual guides: depth is required, motion too if there is a history.
 Status CheckVirtualGuides(const Frame& frame, const VirtualGuides& guides,
                           const VirtualNames& names, MotionUse use) {
   const bool any = guides.bytes() > 0;
@@ -111,8 +111,8 @@ Status CheckVirtualGuides(const Frame& frame, const VirtualGuides& guides,
   return CheckPlane(frame, guides.id, {names.id}, false);
 }
 
-/// Calls `in_row` for rows from the middle of the picture on, where surfaces are more likely than
-/// at the top, until it returns true.
+/// Calls `in_row` for rows, starting from the middle of the image, where surfaces are more likely
+/// than at the top, until it returns true.
 template <typename InRow>
 bool AnyRow(const Frame& frame, const InRow& in_row) {
   for (int i = 0; i < frame.height; ++i) {
@@ -126,7 +126,7 @@ bool AnyRow(const Frame& frame, const InRow& in_row) {
 bool HasSurface(const Frame& frame) {
   return AnyRow(frame, [&](int y) {
     const float* depth = frame.guides.depth.Row(y);
-    int any = 0;  // a sum, not an early end: the compiler makes vectors of it
+    int any = 0;  // a sum without early exit, which the compiler vectorises
     for (int x = 0; x < frame.width; ++x) {
       any |= static_cast<int>(IsSurface(depth[x]));
     }
@@ -134,10 +134,11 @@ bool HasSurface(const Frame& frame) {
   });
 }
 
-/// Fewer unusable pixels in a frame of sky are damage, and not another convention.
+/// With fewer invalid pixels than 1 in this many, a frame of sky is considered damaged, not of
+/// another depth convention.
 constexpr int64_t kDamagedPart = 100;
 
-/// Whether depth is of another convention: where no pixel shows a surface, many are negative or
+/// Checks for another depth convention: no pixel has a surface, and many depths are negative or
 /// NaN.
 Status CheckDepth(const Frame& frame) {
   if (HasSurface(frame)) {

@@ -29,7 +29,7 @@ struct OddValues {
 };
 
 /// Finds suspicious values in a frame that CheckFrame accepts: a given image without information.
-/// Of normal frames only a few rows are read.
+/// In most frames only a few rows are read.
 OddValues FindOddValues(const Frame& frame, MotionUse use);
 
 }  // namespace stillray

@@ -1,17 +1,17 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The schedule of denoising with light of the past and of the future, with memory that does not
-/// grow with the length of the sequence.
+/// The schedule of denoising with past and future frames, with memory that does not grow with the
+/// length of the sequence.
 ///
 /// The sequence is divided into blocks of kFutureBlock frames, counted from its first. The futures
-/// of a block are accumulated backward from kLookAhead frames past the block's end: every frame
-/// sees at least that many later ones, of which the last few hardly count any more (an alpha of 0.1
-/// leaves 0.9^16 of them). This rule alone determines the result. Where fewer futures than a whole
-/// block are held at once, the frames behind are accumulated again for every part of the block,
-/// with the same bits.
+/// of a block are accumulated backward from kLookAhead frames past the block's end, so that each
+/// future contains at least that many later frames; more distant ones would have little weight
+/// (0.9^16 with an alpha of 0.1). The result depends on this rule only. Where fewer futures than a
+/// whole block are held at once, the later frames are accumulated again for every part of the
+/// block, with bit-identical results.
 ///
-/// Where the frames come from (memory, files) is the caller's:
+/// The caller provides the frames (from memory or files):
 ///
 ///     if (!blocks.Holds(at)) {
 ///       const FutureRange range = blocks.Begin(at, frames);
@@ -32,8 +32,8 @@ namespace stillray {
 /// One backward pass: frames look_end - 1, ..., begin are accumulated.
 struct FutureRange {
   size_t begin = 0;     ///< first frame whose future is held
-  size_t end = 0;       ///< behind the last one
-  size_t look_end = 0;  ///< behind the last frame that is accumulated
+  size_t end = 0;       ///< end of the range (exclusive)
+  size_t look_end = 0;  ///< end of the accumulated frames (exclusive)
 };
 
 /// Number of frames needed before the future of frame `at` can be accumulated, unless the sequence
@@ -46,13 +46,14 @@ constexpr size_t FramesNeeded(size_t at) {
 /// \param held    futures held at once, 1..kFutureBlock
 FutureRange FutureRangeFrom(size_t at, size_t frames, size_t held);
 
-/// Frames accumulated backward for all frames of a sequence from `first` on.
+/// Number of frames that are accumulated backward in total, for all frames of a sequence from
+/// `first` on.
 size_t CountBackwardFrames(size_t first, size_t frames, size_t held);
 
 class FutureBlocks {
  public:
-  /// \param backward  accumulates; its history is this object's
-  /// \param held      futures held at once, 1..kFutureBlock; no bit depends on it
+  /// \param backward  runs the backward passes; its history is used by this object only
+  /// \param held      futures held at once, 1..kFutureBlock; does not affect results
   explicit FutureBlocks(Denoiser backward, size_t held = kFutureBlock);
 
   /// Whether the future of frame `at` is held.
@@ -64,10 +65,10 @@ class FutureBlocks {
   /// \param frame      guides.motion leads to frame at + 1
   /// \param continues  whether frame at + 1 was accumulated and shows the same shot; else the
   ///                   history restarts here, and motion is not used
-  /// \return errors of Denoiser::Accumulate; the pass has to begin again then
+  /// \return errors of Denoiser::Accumulate; after an error the pass must begin again
   Status Accumulate(size_t at, const Frame& frame, bool continues);
-  /// Instead of Accumulate, for a frame without anything to accumulate: the history ends here, and
-  /// the frame's future stays empty. The next frame that is accumulated does not continue it.
+  /// Replaces Accumulate for a frame that cannot be accumulated: the history ends here, and the
+  /// frame's future stays empty. The next accumulated frame starts a new history.
   void Skip(size_t at);
   /// The future of a frame that is held; may be moved from.
   FutureLight& At(size_t at);
@@ -82,7 +83,7 @@ class FutureBlocks {
   Denoiser backward_;
   size_t held_;
   FutureRange range_;                 ///< of the last pass
-  size_t next_ = 0;                   ///< the frame behind the next to be accumulated
+  size_t next_ = 0;                   ///< one past the next frame to be accumulated
   std::vector<FutureLight> futures_;  ///< of range_.begin ... range_.end - 1
 };
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Where the guides of a layer come from, and what belongs to each source.
+/// The sources of a layer's guides, and the signals and albedos of each source.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +12,11 @@
 
 namespace stillray {
 
-/// Where the guides of a layer come from.
+/// The source of a layer's guides.
 enum class GuideSource : uint8_t { kSurface, kReflection, kRefraction };
 
-/// Whether light of this kind belongs to such a layer.
+/// Whether signals of this kind belong to the layer of reflected or refracted light with this
+/// source.
 inline bool IsLightOf(GuideSource source, SignalKind kind) {
   using enum SignalKind;
   return source == GuideSource::kReflection
@@ -23,12 +24,12 @@ inline bool IsLightOf(GuideSource source, SignalKind kind) {
              : kind == kDirectTransmission || kind == kIndirectTransmission;
 }
 
-/// The virtual guides of a layer that has some.
+/// The virtual guides of a layer. \p source is not kSurface.
 inline const VirtualGuides& ImageOf(const Frame& frame, GuideSource source) {
   return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
 }
 
-/// The albedo of the surface that divides the light of such a layer.
+/// The albedo of the surface by which the layer's radiance is divided.
 inline const Image3& SurfaceAlbedoOf(const Guides& guides, GuideSource source) {
   return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
 }
@@ -36,13 +37,15 @@ inline Image3& SurfaceAlbedoOf(Guides& guides, GuideSource source) {
   return source == GuideSource::kReflection ? guides.specular_albedo : guides.transmission_albedo;
 }
 
-/// The albedo that divides the light of the other kind of image.
+/// The divisor of the other layer: specular albedo for refraction, transmission albedo for
+/// reflection.
 inline const Image3& OtherAlbedoOf(const Guides& guides, GuideSource source) {
   return source == GuideSource::kReflection ? guides.transmission_albedo : guides.specular_albedo;
 }
 
-/// Renderers give images of transmitted light only where it shows some, whatever the roughness of
-/// the surface: that of an alpha-blended one says nothing about what is seen through it.
+/// Parameters of select_guides. Renderers give virtual guides of transmitted light only where a
+/// transmitted surface is visible, for any roughness of the surface, which is meaningless for alpha
+/// blending.
 /// \param of_reflection  the parameters of reflected light
 inline SelectGuidesParameters SelectGuidesOf(const SelectGuidesParameters& of_reflection,
                                              GuideSource source) {

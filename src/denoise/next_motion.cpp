@@ -11,7 +11,8 @@
 namespace stillray {
 namespace {
 
-/// Motion towards `next` of pixels that show this kind of image there, else of their surface.
+/// Motion of virtual images towards `next`, for pixels that have a virtual image there; for others
+/// the motion of the surface.
 Image2 ImageMotionTowards(const Frame& next, const VirtualGuides& image) {
   if (image.empty() || image.motion.empty() || next.guides.motion.empty()) {
     return {};
@@ -26,8 +27,8 @@ Image2 ImageMotionTowards(const Frame& next, const VirtualGuides& image) {
   return ReverseMotion(selected.motion, selected.depth);
 }
 
-/// Calls then(x, y, to_x, to_y) for each pixel whose motion leads into the picture, with the
-/// nearest pixel there.
+/// Calls then(x, y, to_x, to_y) for each pixel whose motion leads into the image, with the nearest
+/// pixel at its end.
 template <typename Then>
 void ForEachAlong(const Image2& motion, const Then& then) {
   const int width = motion.width();
@@ -45,18 +46,18 @@ void ForEachAlong(const Image2& motion, const Then& then) {
   }
 }
 
-/// Unit length; zero if it is no normal.
+/// The normal of a pixel with unit length; zero if it is invalid.
 vec3 NormalAt(const Image3& image, int x, int y) {
   const vec3 n(image[0](x, y), image[1](x, y), image[2](x, y));
   const float length2 = dot(n, n);
   return IsNormalLength2(length2) ? n / std::sqrt(length2) : vec3(0.0f);
 }
 
-/// The normals of a frame turned as the surface turns at the nearest pixel of `next` that the
-/// motion leads to. The smallest turn from the previous normal there to the normal there is exact
-/// where `frame` shows that previous normal, and keeps the angle between both where it does not:
-/// the test of a history is then that of `next` with the roles exchanged. Zero where nothing is
-/// known; empty if `next` has no previous normals.
+/// The normals of a frame, rotated with the surface at the nearest pixel of `next` at the end of
+/// the motion, by the smallest rotation from the previous normal of `next` to its normal. This is
+/// exact where `frame` has that previous normal there, and otherwise keeps the angle between the
+/// two, so that the normal test gives the result of the forward direction. Zero where unknown;
+/// empty if `next` has no previous normals.
 Image3 NormalsAlong(const Image2& motion, const Image3& normal, const Guides& next) {
   if (next.previous_normal.empty() || next.normal.empty() || normal.empty() || motion.empty()) {
     return {};
@@ -67,7 +68,7 @@ Image3 NormalsAlong(const Image2& motion, const Image3& normal, const Guides& ne
     const vec3 to = NormalAt(next.normal, to_x, to_y);
     const vec3 n = NormalAt(normal, x, y);
     const float cosine = dot(from, to);
-    constexpr float kOpposite = -0.999f;  // the axis of the turn is not known
+    constexpr float kOpposite = -0.999f;  // the axis of the rotation is undefined
     if (from == vec3(0.0f) || to == vec3(0.0f) || cosine < kOpposite) {
       return;
     }
@@ -80,8 +81,8 @@ Image3 NormalsAlong(const Image2& motion, const Image3& normal, const Guides& ne
   return turned;
 }
 
-/// The confidence of the nearest pixel to where the motion leads; 1 outside the picture, where
-/// there is no light to be confident in. Empty if none is given.
+/// The confidence at the pixel nearest to the end of the motion; 1 outside the image, where there
+/// is no history. Empty if no confidence is given.
 Image1 ConfidenceAlong(const Image2& motion, const Image1& confidence) {
   if (confidence.empty() || motion.empty()) {
     return {};

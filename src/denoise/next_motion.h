@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The motion of frames that are played backward.
+/// The motion of frames in a sequence that is processed backward.
 #pragma once
 
 #include "stillray/frame.h"
 
 namespace stillray {
 
-/// Every motion of a frame, of its surfaces and of its virtual images, the normals that surfaces
-/// have at its end, and the confidence in the light that is found along it.
+/// The motions of a frame's surfaces and virtual images towards another frame, the normals of the
+/// surfaces in that frame, and the confidence in its radiance.
 struct FrameMotion {
   Image2 surface;
   Image2 reflection;
@@ -18,12 +18,12 @@ struct FrameMotion {
   Image1 confidence;
 };
 
-/// \param frame    its normals
-/// \param surface  of its surfaces, towards `next`
-/// \return it with that of the virtual images, which are derived from the motion of `next`, with
-///     the normals turned as `next` says that they do until then (if it has previous normals), and
-///     with the confidence of `next` at the pixels where the surfaces stand there: it says how far
-///     the light of both frames is the same
+/// \param frame    its normals are read
+/// \param surface  motion of the surfaces of `frame` towards `next`
+/// \return \p surface; the motions of the virtual images, derived from those of `next`; the
+///     normals, rotated by the change that the previous normals of `next` give (if it has them);
+///     and the confidence of `next` at the positions of the surfaces in `next`, which applies to
+///     both directions
 FrameMotion MotionTowards(const Frame& frame, const Frame& next, Image2 surface);
 
 /// Exchanges the motions, the previous normals and the confidence of a frame.

@@ -11,8 +11,8 @@
 
 SHARED_BEGIN
 
-// Onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded outwards (Meyer et al. 2010,
-// "On Floating-Point Normal Vectors"). Both in -1..1.
+// Projects a direction onto the octahedron |x| + |y| + |z| = 1, whose lower half is folded outwards
+// (Meyer et al. 2010, "On Floating-Point Normal Vectors"). Both coordinates are in -1..1.
 SHARED_FN vec2 OctahedralEncode(vec3 n) {
   float scale = 1.0f / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-20f);
   float x = n.x * scale;
@@ -22,7 +22,7 @@ SHARED_FN vec2 OctahedralEncode(vec3 n) {
   return n.z >= 0.0f ? vec2(x, y) : vec2(folded_x, folded_y);
 }
 
-// Of unit length.
+// The inverse of OctahedralEncode; the result has unit length.
 SHARED_FN vec3 OctahedralDecode(vec2 e) {
   float z = 1.0f - abs(e.x) - abs(e.y);
   float fold = max(-z, 0.0f);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Devices of a build without Vulkan: only the CPU.
+// Devices of a build without Vulkan, which has only the CPU.
 #include <fmt/format.h>
 
 #include "core/device_choice.h"

@@ -10,7 +10,7 @@
 
 namespace stillray {
 
-/// Appends the output of this name, or those of all signals that it is short for.
+/// Appends the output with this name, or, for a short name, the outputs of all signals.
 /// \param known  Denoiser::OutputNames
 /// \return false if there is none; `outputs` is then unchanged
 inline bool AddOutputs(const std::vector<std::string>& known, std::string_view name,

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Unit normals in 32 bits: OctahedralEncode of both coordinates in 16 bits each, x in the lower
-/// half. A coordinate c is the whole number round(32767 c) + 32768, so that 0 is no code: it is "no
-/// normal", as in the zeroed border of planes. The direction is off by 6.5e-5 radians (0.0037
-/// degrees) at most. Devices round to the same directions (packSnorm2x16).
+/// half. A coordinate c is stored as the integer round(32767 c) + 32768, so that 0 is free to stand
+/// for "no normal", as in the zeroed border of planes. The error of the direction is at most 6.5e-5
+/// radians (0.0037 degrees). Devices round to equal directions (packSnorm2x16).
 #pragma once
 
 #include <cmath>

@@ -1,9 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The planes that stages exchange. All planes of a denoiser have the same size; those that the
-/// wavelet reads have a border as wide as its largest step, filled with zeros (no surface, no
-/// light).
+/// The planes that stages exchange. All planes of a denoiser have one size. The input planes of the
+/// wavelet have a border as wide as its largest reach, filled with zeros (no surface, no samples).
 #pragma once
 
 #include <cmath>
@@ -17,10 +16,9 @@
 
 namespace stillray {
 
-/// Light between demodulate and remodulate: [0] luminance, [1] red, [2] blue. Filters are linear,
-/// so they work in this basis as well as in (red, green, blue), and have the luminance at hand.
-/// Green is Green709 or Green601 of the three. Not convertible to Image3, which is (red, green,
-/// blue).
+/// Demodulated radiance: [0] luminance, [1] red, [2] blue. Filters are linear, so that this basis
+/// is equivalent to (red, green, blue), and gives the luminance without a computation. Green is
+/// Green709 or Green601 of the three. Not convertible to Image3, which is (red, green, blue).
 using LumaImage3 = Planes<float, 3, struct LumaRedBlue>;
 
 /// Pixels of a row that share one flag.
@@ -30,18 +28,17 @@ inline int BlocksOf(int width) {
   return (width + kBlockPixels - 1) / kBlockPixels;
 }
 
-/// Guides as the filter reads them. Where there is no usable surface everything is zero, and so is
-/// every edge-stopping weight towards such a pixel.
+/// Guides as the filter reads them. Pixels without a usable surface have zeros in all planes;
+/// edge-stopping weights towards them are zero.
 struct GuidePlanes {
-  Image1 inverse_depth;  ///< 1 / view z; affine over a plane in the picture, unlike z itself
-  Image1 depth;          ///< view z
-  Image3 normal;         ///< unit length, or zero; empty with packed_normal
-  Plane<uint32_t> packed_normal;  ///< PackNormal of them with normals=octahedral, else empty
-  Image2
-      gradient;  ///< change of inverse depth per pixel to the right and down, on the same surface
-  Image1 turn2;  ///< SquaredTurn of the normals; empty unless the filter needs it. No border.
-  Plane<uint32_t> id;  ///< zero where none is given
-  /// For each block of kBlockPixels: 1 where all of it is surface; 0 where it is not, or unknown
+  Image1 inverse_depth;           ///< 1 / view z; on a plane affine in image coordinates, unlike z
+  Image1 depth;                   ///< view z
+  Image3 normal;                  ///< unit length, or zero; empty with packed_normal
+  Plane<uint32_t> packed_normal;  ///< PackNormal of the normals with normals=octahedral, else empty
+  Image2 gradient;     ///< change of inverse depth per pixel right and down, on one surface
+  Image1 turn2;        ///< SquaredTurn of the normals; empty unless the filter needs it. No border.
+  Plane<uint32_t> id;  ///< zero where unknown
+  /// For each block of kBlockPixels: 1 if all of its pixels are surfaces; 0 if not, or unknown
   Plane<uint32_t> full;
 
   GuidePlanes() = default;
@@ -60,7 +57,7 @@ struct GuidePlanes {
   bool packs_normals() const { return !packed_normal.empty(); }
 };
 
-/// Unit length, or zero.
+/// The normal of a pixel: unit length, or zero without a surface.
 inline vec3 NormalAt(const GuidePlanes& guides, int x, int y) {
   return guides.packs_normals()
              ? UnpackNormal(guides.packed_normal(x, y))
@@ -72,11 +69,11 @@ inline float Turn2At(const GuidePlanes& guides, int x, int y) {
   return guides.turn2.empty() ? 0.0f : guides.turn2(x, y);
 }
 
-/// The albedos whose sum a signal is divided by; none: it is not divided.
+/// The albedos whose sum is the divisor of a signal; none: the signal is not divided.
 struct AlbedoSum {
   const Image3* part[3] = {};
   int count = 0;
-  int channel = -1;  ///< SignalGroup::channel of the signal that it divides
+  int channel = -1;  ///< SignalGroup::channel of the signal
 };
 
 /// One signal of this frame before accumulation.
@@ -88,28 +85,30 @@ struct NewLight {
   size_t bytes() const { return colour.bytes() + samples.bytes() + within.bytes(); }
 };
 
-/// The history of one signal. Moments are those of single samples, in deviation form.
+/// The history of one signal. Moments are those of single samples, stored as mean and variance.
 struct SignalHistory {
   LumaImage3 colour;
   Image1 mean;        ///< of the luminance of samples
   Image1 variance;    ///< of the luminance of samples, >= 0
-  Image1 length;      ///< samples received; 0 = no light yet
-  Image1 weights2;    ///< sum of the squared weights of all samples in `colour`: its noise is
+  Image1 length;      ///< accumulated samples; 0 = none yet
+  Image1 weights2;    ///< sum of the squared weights of all samples in `colour`, whose variance is
                       ///< variance * weights2
-  Image1 compressed;  ///< of compressed luminances (see limit_history_shared.h), weighted as
+  Image1 compressed;  ///< mean of compressed luminances (limit_history_shared.h), weighted as
                       ///< `colour`; empty unless limit_history runs
-  /// `colour` without the last filtered picture that was fed back, one step behind it; empty unless
-  /// feedback is blended in (PSVGF section 5).
+  /// `colour` without the last filtered image that was fed back; empty unless feedback is blended
+  /// in (PSVGF section 5).
   LumaImage3 behind;
-  float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: none chosen yet
+  float compressed_scale = 0;  ///< luminance that is compressed to 1/2; 0: not yet chosen
 
-  /// Border of the planes that the 7x7 variance estimate reads: zero, so a length of zero.
+  /// Border of the planes that the 7x7 variance estimate reads; filled with zeros, so that lengths
+  /// are 0.
   static constexpr int kBorder = 3;
 
   SignalHistory() = default;
   /// \param with_compressed  allocate `compressed`, for limit_history
   /// \param with_behind      allocate `behind`
-  /// \param border           of the light, which the wavelet's first level may read in place
+  /// \param border           of the colour planes, which the wavelet's first level may read in
+  ///     place
   SignalHistory(int width, int height, bool with_compressed = false, bool with_behind = false,
                 int border = 0)
       : colour(width, height, border),
@@ -125,7 +124,7 @@ struct SignalHistory {
   }
 };
 
-/// Light between the wavelet levels.
+/// The filtered signal between wavelet levels, and its variance.
 struct FilterPlanes {
   LumaImage3 colour;
   Image1 variance;
@@ -138,11 +137,11 @@ struct FilterPlanes {
 
 /// The taps of a SIMD vector of pixels.
 enum class TapPattern : uint8_t {
-  kGather,          ///< some at other pixels
-  kBlock2x2,        ///< kGather, with the 2x2 taps of all pixels adjacent and inside the picture
-  kIdentityOrNone,  ///< of each pixel the pixel itself, or none
-  kIdentity,        ///< of every pixel the pixel itself, with a weight of 1
-  kDisoccluded,     ///< none
+  kGather,          ///< some taps are at other pixels
+  kBlock2x2,        ///< kGather, and the 2x2 taps of all pixels are contiguous and inside the image
+  kIdentityOrNone,  ///< the tap of each pixel is the pixel itself, or there is none
+  kIdentity,        ///< the tap of every pixel is the pixel itself, with a weight of 1
+  kDisoccluded,     ///< no pixel has a tap
 };
 
 inline bool IsGather(TapPattern pattern) {
@@ -161,21 +160,21 @@ struct ReprojectionTaps {
   Plane<int32_t> x;         ///< left column of the 2x2 taps in the previous frame
   Plane<int32_t> y;         ///< upper row
   Planes<float, 4> weight;  ///< of (x,y) (x+1,y) (x,y+1) (x+1,y+1); they sum to 1, or are all 0
-  Plane<uint32_t>
-      search;  ///< bits 0..8: taps of the 3x3 block around (x+1, y+1) to average instead
+  Plane<uint32_t> search;   ///< bits 0..8: taps of the 3x3 block at (x+1, y+1) to average instead
 
   /// For the vectors of each row, with capacity for vectors of one pixel.
   std::vector<TapPattern> patterns;
-  /// number of vectors per row for which IsGather; -1: unknown
+  /// number of vectors per row for which IsGather is true; -1: unknown
   std::vector<int32_t> gathers;
-  std::vector<int32_t> scattered;  ///< ... and that are not kBlock2x2
+  std::vector<int32_t> scattered;  ///< number of those vectors that are not kBlock2x2
   std::vector<TapBlock> blocks;    ///< of the vectors of each row
   int patterns_per_row = 0;
   int blocks_per_row = 0;
-  /// The frame's own plane, as the caller gives it; nullptr: the light of the last frame holds
-  /// everywhere. Valid for the frame in progress.
+  /// Frame::confidence, as given by the caller; nullptr: 1 everywhere. Valid during the current
+  /// frame.
   const Image1* confidence = nullptr;
-  /// Likewise, for HistoryNormal; nullptr: normals are compared as they are.
+  /// Guides::previous_normal, for HistoryNormal; nullptr: this frame's normals are compared. Valid
+  /// during the current frame.
   const Image3* previous_normal = nullptr;
   int lanes = 1;  ///< pixels of a vector
 
@@ -197,7 +196,8 @@ struct ReprojectionTaps {
     blocks_per_row = (x.width() + lanes - 1) / lanes;
     blocks.resize(static_cast<size_t>(blocks_per_row) * static_cast<size_t>(x.height()));
   }
-  /// Of the vector of a pixel; kGather if vectors are not marked: the planes are valid then.
+  /// Pattern of the vector of a pixel; kGather if vectors are not marked, in which case the planes
+  /// are valid.
   TapPattern PatternOf(int px, int py) const {
     return gathers[static_cast<size_t>(py)] < 0 ? TapPattern::kGather : Pattern(px / lanes, py);
   }
@@ -234,7 +234,7 @@ struct ReprojectionTaps {
     }
     return sum;
   }
-  /// \param vector  in its row
+  /// \param vector  index of the vector in its row
   TapPattern& Pattern(int vector, int row) {
     return patterns[static_cast<size_t>(row) * static_cast<size_t>(patterns_per_row) +
                     static_cast<size_t>(vector)];
@@ -242,7 +242,7 @@ struct ReprojectionTaps {
   TapPattern Pattern(int vector, int row) const {
     return const_cast<ReprojectionTaps*>(this)->Pattern(vector, row);
   }
-  /// \param vector  in its row
+  /// \param vector  index of the vector in its row
   TapBlock& Block(int vector, int row) {
     return blocks[static_cast<size_t>(row) * static_cast<size_t>(blocks_per_row) +
                   static_cast<size_t>(vector)];

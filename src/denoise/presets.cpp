@@ -18,9 +18,9 @@ namespace {
 
 using PresetValue = std::pair<const char*, const char*>;
 
-// Presets, where they differ from "default", whose values are the initialisers of Settings.
+// The values of presets that differ from "default", whose values are the initialisers of Settings.
 
-/// The best quality, where time matters less.
+/// The best quality, at the cost of time.
 constexpr PresetValue kBest[] = {{"restore_detail", "on"}};
 
 /// Schied et al. 2017.
@@ -111,7 +111,7 @@ constexpr PresetValue kEaw[] = {
     {"keep_samples", "off"},
 };
 
-/// Accumulation alone.
+/// Temporal accumulation only.
 constexpr PresetValue kTemporal[] = {
     {"limit_history", "off"},
     {"prefilter_limit", "0"},

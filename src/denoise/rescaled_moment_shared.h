@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Second moments of light that is divided by another albedo.
+// Conversion of second moments from one albedo to another.
 #ifndef STILLRAY_DENOISE_RESCALED_MOMENT_SHARED_H
 #define STILLRAY_DENOISE_RESCALED_MOMENT_SHARED_H
 
@@ -12,15 +12,16 @@
 
 SHARED_BEGIN
 
-// The luminance of light divided by an albedo.
+// The luminance of radiance divided by an albedo.
 SHARED_FN float DividedLuminance(vec3 light, vec3 albedo) {
   return Luminance709(Demodulate(light.x, albedo.x), Demodulate(light.y, albedo.y),
                       Demodulate(light.z, albedo.z));
 }
 
-// A second moment that was divided by the square of the luminance of `before`, for `after`. The
-// mean's part is exact only for grey albedos; it is that of all implementations.
-// \param light  the mean that the moment belongs to
+// Converts a second moment of radiance divided by `before` to that of radiance divided by `after`:
+// the variance is scaled by the squared ratio of the albedos' luminances, which is exact only for
+// grey albedos. All implementations use this formula.
+// \param light  the mean radiance of the pixel
 SHARED_FN float RescaledMoment(float moment, vec3 light, vec3 before, vec3 after) {
   float mean = DividedLuminance(light, before);
   float new_mean = DividedLuminance(light, after);

@@ -10,8 +10,8 @@
 namespace stillray {
 namespace {
 
-/// Motion at a place between pixels, bilinear, or of the nearest pixel where its four neighbours
-/// move so differently that they cannot be one surface.
+/// Motion at a position between pixels: bilinear, or that of the nearest pixel where the motions of
+/// the four neighbours differ too much for a single surface.
 struct MotionAt {
   const Image2& motion;
 
@@ -33,8 +33,8 @@ struct MotionAt {
   }
 };
 
-/// For every pixel p the pixel q of the next frame that came from next to p, the nearest surface of
-/// several; -1 where none did.
+/// For every pixel p, the pixel q of the next frame whose motion leads to a neighbour of p, the
+/// nearest surface of several; -1 if there is none.
 Plane<int32_t> FindStarts(const Image2& next_motion, const Image1& next_depth) {
   const int width = next_motion.width();
   const int height = next_motion.height();
@@ -85,7 +85,7 @@ Image2 ReverseMotion(const Image2& next_motion, const Image1& next_depth) {
         float qy = start < 0 ? py : static_cast<float>(start / width);
         float residual = 0;
         // A fixed point of q = p - motion(q): converges where motion changes by less than a pixel
-        // per pixel, as it does on every surface that is not torn apart.
+        // per pixel, as on any continuous surface.
         for (int i = 0; i < kIterations; ++i) {
           const float mx = at.Component(0, qx, qy);
           const float my = at.Component(1, qx, qy);

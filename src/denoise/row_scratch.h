@@ -11,13 +11,13 @@
 namespace stillray {
 
 /// Rows of 4-byte values for loops over whole rows; aligned to cache lines, so that no vector
-/// crosses two. The storage belongs to the thread and only grows: at most one object of a purpose
-/// may exist per thread, and rows are not cleared.
+/// crosses two. The storage belongs to the thread and only grows: at most one object per `Purpose`
+/// may exist in a thread, and rows are not cleared.
 template <typename Purpose>
 class ThreadRows {
  public:
-  /// \param width  of the rows; `reach` values and kRoom lines more may be read and written before
-  ///     and after
+  /// \param width  of the rows, in values; another `reach` values and kRoom lines may be read and
+  ///     written before and after each row
   ThreadRows(int width, int rows, int reach = 0)
       : stride_(static_cast<size_t>(StrideOf(width, reach)) / kLineValues) {
     std::vector<Line>& storage = Storage();
@@ -58,7 +58,7 @@ class ThreadRows {
   Line* first_;
 };
 
-/// For the loop itself.
+/// Work memory of a stage's row loop.
 using RowScratch = ThreadRows<class AnyRows>;
 
 }  // namespace stillray

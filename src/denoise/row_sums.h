@@ -11,7 +11,8 @@
 
 namespace stillray {
 
-/// Mean over a picture of the row sums sum_of_row(y), in double precision and in a fixed order.
+/// Mean over an image: the sum of sum_of_row(y) over all rows, divided by the number of pixels; in
+/// double precision and in a fixed order.
 /// \param sums  work memory, one element per row
 template <typename SumOfRow>
 double MeanOfRows(int width, int height, std::vector<double>* sums, const SumOfRow& sum_of_row) {
@@ -28,7 +29,7 @@ double MeanOfRows(int width, int height, std::vector<double>* sums, const SumOfR
   return total / (static_cast<double>(width) * height);
 }
 
-/// Mean of the luminance; a small positive number for black light.
+/// Mean of the luminance, at least 1e-20.
 inline float MeanLuminance(const LumaImage3& light, std::vector<double>* sums) {
   const double mean = MeanOfRows(light.width(), light.height(), sums, [&](int y) {
     const float* row = light[0].Row(y);

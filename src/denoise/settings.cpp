@@ -26,7 +26,7 @@ constexpr HistoryKey kCompress = {
 constexpr HistoryKey kBlend = {[](const Settings& s) { return LayoutOf(s).with_behind ? 1 : 0; },
                                "on a change that begins or ends blended feedback"};
 
-/// The value itself.
+/// The key is the value itself.
 template <auto kMember>
 constexpr HistoryKey Always() {
   return {[](const Settings& s) { return static_cast<int>(s.*kMember); }, "on every change"};

@@ -2,7 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The compute shaders of the denoiser and the commands of its frames as data, for engines that run
-/// them without this library. Made from the code that the library itself runs, without a device.
+/// them without this library. Derived from the code that the library itself executes; needs no
+/// device.
 #pragma once
 
 #include <array>
@@ -19,13 +20,13 @@
 
 namespace stillray {
 
-/// A value in a block: parameters, state, or push constants.
+/// A member of a block: parameters, state, or push constants.
 struct PackMember {
-  std::string name;     ///< in structures of the block: "atrous.edges.sigma_n"
-  std::string type;     ///< "int", "float[4]", "vec4[]": of unknown length
+  std::string name;     ///< path in the block: "atrous.edges.sigma_n"
+  std::string type;     ///< "int", "float[4]", "vec4[]" (runtime-sized)
   uint32_t offset = 0;  ///< bytes
-  uint32_t bytes = 0;   ///< 0: of unknown length
-  std::string note;     ///< from the source; empty: none
+  uint32_t bytes = 0;   ///< 0: runtime-sized
+  std::string note;     ///< comment of the declaration in the source; may be empty
 
   friend bool operator==(const PackMember&, const PackMember&) = default;
 };
@@ -42,9 +43,9 @@ struct PackBinding {
   std::string name;  ///< of the image, or of the block
   bool reads = false;
   bool writes = false;
-  std::string texels;     ///< of images: "float", "uint"
-  std::string format;     ///< of storage images, as in GLSL; empty: any
-  bool is_array = false;  ///< the view has layers
+  std::string texels;     ///< component type of images: "float", "uint"
+  std::string format;     ///< format of storage images, as in GLSL; empty: any
+  bool is_array = false;  ///< the view is an array
   std::string note;
 };
 
@@ -56,8 +57,8 @@ struct PackConstant {
   std::string note;
 };
 
-/// Descriptors of a set: bindings from 0 on, in this order. All are in the layout, whether or not
-/// the shader uses them.
+/// Descriptors of a set, with bindings from 0 in the order of the members. The layout includes
+/// those that the shader does not use.
 struct PackSet {
   uint32_t sampled_images = 0;
   uint32_t storage_images = 0;
@@ -66,18 +67,18 @@ struct PackSet {
 };
 
 struct PackedShader {
-  std::string name;       ///< "AtrousHalf"; its file is "AtrousHalf.spv"
-  std::string stage;      ///< of the denoiser: docs/denoiser.md
-  std::string precision;  ///< of the images between stages: "half", "float", "any"
-  std::string normals;    ///< of surfaces: "octahedral", "plain", "any"
+  std::string name;       ///< e.g. "AtrousHalf"; the file is "AtrousHalf.spv"
+  std::string stage;      ///< stage of the denoiser: docs/denoiser.md
+  std::string precision;  ///< storage of images between stages: "half", "float", "any"
+  std::string normals;    ///< storage of surface normals: "octahedral", "plain", "any"
   std::span<const uint32_t> code;
   std::array<uint32_t, 3> local_size = {1, 1, 1};
-  uint32_t shared_bytes = 0;  ///< of a workgroup, with the constants' defaults
+  uint32_t shared_bytes = 0;  ///< per workgroup, with the default constants
   std::vector<PackConstant> constants;
   uint32_t push_bytes = 0;
   std::vector<PackMember> push;
   std::vector<PackSet> sets;
-  std::vector<PackBinding> bindings;  ///< that the shader uses
+  std::vector<PackBinding> bindings;  ///< the bindings that the shader uses
 };
 
 struct ShaderTable {
@@ -90,7 +91,7 @@ struct ShaderTable {
 ///     STILLRAY_SHADER_DIR replaces shaders
 Result<ShaderTable> MakeShaderTable();
 
-/// What frames are like.
+/// Properties of the frames of a schedule.
 struct ScheduleOptions {
   Settings settings;
   int width = 0;
@@ -100,9 +101,9 @@ struct ScheduleOptions {
   std::vector<std::string> outputs;  ///< names of ScheduleOutputNames; "colour" or "colour_half"
   float samples_per_pixel = 1;
   float focal_pixels = 0;
-  bool jittered = false;           ///< rays miss the pixels' centres, as for temporal antialiasing
-  bool incomplete_guides = false;  ///< as in VulkanOptions
-  /// Bytes of shared memory that a workgroup may have: decides between the wavelet's variants.
+  bool jittered = false;  ///< rays are offset from pixel centres, for temporal antialiasing
+  bool incomplete_guides = false;  ///< see VulkanOptions
+  /// Limit of shared memory per workgroup, bytes; selects the variant of the wavelet.
   uint32_t shared_memory = 32768;
 };
 
@@ -111,13 +112,13 @@ std::span<const std::string_view> ScheduleOutputNames();
 
 struct ScheduleImage {
   std::string name;
-  std::string format;  ///< of Vulkan, without VK_FORMAT_; empty for inputs: any that fits
+  std::string format;  ///< Vulkan format without VK_FORMAT_; empty for inputs: any suitable format
   uint32_t width = 0;
   uint32_t height = 0;
-  uint32_t layers = 0;  ///< 0: a plain image, not an array of one
-  /// "input", "output", "internal", or "placeholder": bound where there is no image.
+  uint32_t layers = 0;  ///< 0: not an array
+  /// "input", "output", "internal", or "placeholder": bound in place of an absent image.
   std::string role;
-  bool is_history = false;  ///< a frame may read what an earlier one has written
+  bool is_history = false;  ///< a frame may read values that an earlier frame has written
 };
 
 struct ScheduleBuffer {
@@ -129,8 +130,8 @@ struct ScheduleBuffer {
 struct ScheduleBinding {
   uint32_t set = 0;
   uint32_t binding = 0;
-  std::string kind;      ///< as PackBinding::kind
-  std::string resource;  ///< an image or a buffer
+  std::string kind;      ///< see PackBinding::kind
+  std::string resource;  ///< name of an image or a buffer
 
   friend bool operator==(const ScheduleBinding&, const ScheduleBinding&) = default;
 };
@@ -138,7 +139,7 @@ struct ScheduleBinding {
 struct ScheduleCommand {
   enum class Kind : uint8_t { kDispatch, kBarrier, kTransition, kFill, kUpdate };
   Kind kind = Kind::kDispatch;
-  std::string part;  ///< stage, as in timings
+  std::string part;  ///< stage name, as in timings
   // A dispatch:
   std::string shader;
   std::map<uint32_t, uint32_t> constants;
@@ -153,32 +154,32 @@ struct ScheduleCommand {
   std::string buffer;
   uint64_t offset = 0;
   uint64_t size = 0;
-  uint32_t value = 0;            ///< of a fill, of each 4 bytes
+  uint32_t value = 0;            ///< of a fill, per 4 bytes
   std::vector<std::byte> bytes;  ///< of an update; push constants of a dispatch
 
   friend bool operator==(const ScheduleCommand&, const ScheduleCommand&) = default;
 };
 
-/// Members of FrameParameters, by the buffer that has them: that of the frame, and of the layers of
-/// virtual guides.
+/// Members of FrameParameters, by buffer: one of the frame, and one of each layer of virtual
+/// guides.
 using MembersOfBuffers = std::map<std::string, std::set<std::string>>;
 
 struct FrameSchedule {
   std::vector<ScheduleImage> images;
   std::vector<ScheduleBuffer> buffers;
-  /// Frame n from `repeats_from` on has the commands of frame repeats_from + (n - repeats_from) %
-  /// period, but for the parameters that change by themselves.
+  /// From `repeats_from` on, frame n has the commands of frame repeats_from + (n - repeats_from) %
+  /// period, except for the parameters in `members_of`.
   std::vector<std::vector<ScheduleCommand>> frames;
   size_t repeats_from = 0;
   size_t period = 1;
   /// Members of the parameters that change with a property of the frame: "index", "jitter_x",
-  /// "jitter_y", "focal_pixels", "samples_per_pixel"; and with "number", that of the frame in the
-  /// sequence.
+  /// "jitter_y", "focal_pixels", "samples_per_pixel"; and "number", the position of the frame in
+  /// the sequence.
   std::map<std::string, MembersOfBuffers> members_of;
 };
 
-/// The commands of the first frames of a sequence, until they repeat. Works as VulkanDenoiser on a
-/// device with these options, and checks them in the same way.
+/// The commands of the first frames of a sequence, until they repeat: those of VulkanDenoiser with
+/// these options, which are checked as VulkanDenoiser checks them.
 /// \return kInvalidArgument naming what is wrong; kUnsupported if stillray was built without Vulkan
 Result<FrameSchedule> MakeFrameSchedule(const ScheduleOptions& options);
 

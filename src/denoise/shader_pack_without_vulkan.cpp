@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Packs of shaders of a build without Vulkan: there are none.
+// Shader packs of a build without Vulkan, which has none.
 #include "denoise/shader_pack.h"
 
 namespace stillray {

@@ -12,13 +12,13 @@
 namespace stillray {
 namespace {
 
-// Generous: a frame is 1/24 s, guides may be noisy, and a missed cut costs less than a history
-// dropped without need.
+// The tolerances are large: frames are up to 1/24 s apart, guides may be noisy, and a missed cut
+// costs less than a needlessly discarded history.
 constexpr float kDepthTolerance = 0.1f;  ///< as a fraction of the depth
 constexpr float kMinCosine = 0.7f;       ///< between normals
 constexpr float kAlbedoTolerance = 0.1f;
 
-/// Least agreement of two frames of one shot; see IsCut().
+/// Least agreement between two frames of one shot; see IsCut().
 constexpr double kLeastOfSurfaces = 0.1;
 constexpr double kLeastOfInside = 0.2;
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The lights of each signal, and the albedos that divide it.
+/// The radiance kinds that form each signal, and the albedos in its divisor.
 #pragma once
 
 #include <span>
@@ -15,11 +15,10 @@ namespace stillray {
 struct SignalGroup {
   const char* name;
   std::vector<SignalKind> kinds;
-  bool diffuse_albedo = false;       ///< divided by the sum of the albedos that are true: albedo,
+  bool diffuse_albedo = false;       ///< the divisor is the sum of the selected albedos: albedo,
   bool specular_albedo = false;      ///< specular albedo,
   bool transmission_albedo = false;  ///< and transmission albedo
-  /// Of the light: 0 red, 1 green, 2 blue. The signal is grey, all its components are this channel.
-  /// -1: all three.
+  /// Channel of the radiance: 0 red, 1 green, 2 blue; the signal is then grey. -1: all three.
   int channel = -1;
 };
 
@@ -71,7 +70,7 @@ inline std::vector<SignalGroup> MakeGroups(SignalGrouping grouping, bool with_tr
 }
 
 /// \param with_transmission  whether frames have transmission signals
-/// \return a table that lives as long as the program
+/// \return a table with static storage
 inline std::span<const SignalGroup> GroupsOf(SignalGrouping grouping, bool with_transmission) {
   using enum SignalGrouping;
   static const std::vector<SignalGroup> groups[5][2] = {
@@ -84,7 +83,7 @@ inline std::span<const SignalGroup> GroupsOf(SignalGrouping grouping, bool with_
   return groups[static_cast<int>(grouping)][with_transmission ? 1 : 0];
 }
 
-/// Whether light of this kind is reflected or refracted at the first surface.
+/// Whether radiance of this kind is reflected specularly or refracted at the first surface.
 inline bool IsSharpAtMirrors(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular ||
          kind == SignalKind::kDirectTransmission || kind == SignalKind::kIndirectTransmission;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The stages of one backend, so that the pipeline is written once.
+/// The stage functions of one backend: the pipeline is written once, for all backends.
 #pragma once
 
 #include "denoise/fill_guides/fill_guides.h"

@@ -12,7 +12,7 @@
 
 namespace stillray {
 
-/// Adds to the time of the stage of that name, or appends it.
+/// Adds `more` to the entry with its name, or appends it.
 inline void AddTime(const StageTime& more, std::vector<StageTime>* times) {
   const auto same = std::find_if(times->begin(), times->end(),
                                  [&](const StageTime& t) { return t.name == more.name; });
@@ -23,7 +23,7 @@ inline void AddTime(const StageTime& more, std::vector<StageTime>* times) {
   }
 }
 
-/// Adds its lifetime to the time of the stage of that name.
+/// Adds its lifetime to the time of the stage `name`.
 class StageTimer {
  public:
   StageTimer(std::vector<StageTime>* times, const char* name) : times_(times), name_(name) {}

@@ -66,9 +66,9 @@ struct TwoWayDenoiser::Impl {
   Denoiser forward;
   FutureBlocks futures;
   std::deque<WaitingFrame> frames;  ///< the oldest first
-  size_t first = 0;                 ///< place of frames.front() in the sequence
+  size_t first = 0;                 ///< position of frames.front() in the sequence
   bool finished = false;
-  bool jittered = false;  ///< some frame of the sequence is
+  bool jittered = false;  ///< some frame of the sequence is jittered
 
   size_t pushed() const { return first + frames.size(); }
   Status CheckPush(const Frame& frame, bool may_continue) const;
@@ -76,7 +76,8 @@ struct TwoWayDenoiser::Impl {
   void Restart();
 };
 
-/// Checks a frame like Denoiser, but at once, so that the error belongs to the right call.
+/// Checks a frame as Denoiser does, but immediately, so that Push returns the error of its own
+/// frame.
 Status TwoWayDenoiser::Impl::CheckPush(const Frame& frame, bool may_continue) const {
   const bool shifts = jittered || IsJittered(frame.jitter_x, frame.jitter_y);
   return CheckFrame(frame, forward.settings(),
@@ -91,7 +92,7 @@ void TwoWayDenoiser::Impl::Restart() {
   futures.Clear();
 }
 
-/// Accumulates the futures of the frames from the first waiting one on.
+/// Accumulates the futures of the waiting frames, starting with the first.
 /// \param done  [out] fraction of the call's work
 Status TwoWayDenoiser::Impl::AccumulateBackward(const Progress& progress, double* done) {
   const FutureRange range = futures.Begin(first, pushed());
@@ -253,7 +254,7 @@ DeviceMemory TwoWayDenoiser::device_memory() const {
 
 namespace {
 
-/// A strip of a frame with the images of `like`: a mirror under one sample per pixel.
+/// A frame of `height` rows with the images of `like`: a mirror at one sample per pixel.
 Frame MakeStrip(const Frame& like, int height) {
   const int width = like.width;
   Frame strip;
@@ -261,7 +262,7 @@ Frame MakeStrip(const Frame& like, int height) {
   strip.height = height;
   strip.jitter_x = like.jitter_x;
   strip.jitter_y = like.jitter_y;
-  strip.focal_pixels = static_cast<float>(width);  // any: memory does not depend on it
+  strip.focal_pixels = static_cast<float>(width);  // arbitrary: memory does not depend on it
   const auto make = [&](const auto& given, auto* to) {
     if (!given.empty()) {
       *to = std::decay_t<decltype(*to)>(width, height);
@@ -332,8 +333,8 @@ Result<TwoWayMemory> TwoWayDenoiser::MemoryNeed(const Settings& settings, const 
                                                 const TwoWayOptions& options) {
   STILLRAY_RETURN_IF_ERROR(Create(settings, device, options).status());
   STILLRAY_RETURN_IF_ERROR(CheckSize(like));
-  // Both strips are taller than every border, and their heights differ from the frame's by whole
-  // multiples of the rows for which some memory is counted together.
+  // Both strips are taller than every border. Their heights differ from the frame's by multiples of
+  // kRows, the number of rows for which some memory is counted together.
   constexpr int kRows = 8;
   const int low = kRows + like.height % kRows;
   const int high = low + kRows;

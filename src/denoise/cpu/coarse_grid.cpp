@@ -45,7 +45,7 @@ void RunWideLevel(const CpuPipeline& p, LayerWork* work) {
       signals[i] = {&c.light.colour, &c.light.variance, &c.wide, nullptr, &c.valid};
       signals[i].zero_where_absent = !p.plan.is_sparse;
     } else {
-      c.wide.variance.Fill(1);  // a single neighbourhood: no change
+      c.wide.variance.Fill(1);  // the weight of a single neighbourhood: no change
     }
   }
   p.stages.atrous({signals.data(), count}, work->coarse, kWideLevel, p.plan.compared);

@@ -53,11 +53,11 @@ class CpuDenoiser : public DenoiserBackend {
   std::vector<std::string> outputs_;
   History history_;
   FrameWork work_;
-  bool has_result_ = false;  ///< history_.picture is that of the last frame
-  Frame from_device_;        ///< copy on the host of a frame on a device
+  bool has_result_ = false;  ///< history_.picture is the output of the last frame
+  Frame from_device_;        ///< host copy of a frame on a device
 };
 
-/// The progress of the sequence; that of a new one if the history does not fit the frame.
+/// The progress of the sequence, or of a new sequence if the history does not fit the frame.
 SequenceProgress CpuDenoiser::ProgressFor(const Frame& frame, const FrameFacts& facts) const {
   if (history_.Fits(frame.width, frame.height, LayersOf(settings_, facts), LayoutOf(settings_))) {
     return history_.progress;
@@ -118,7 +118,7 @@ Status CpuDenoiser::Denoise(const Frame& given, std::span<const SignalHistory> f
   return Status::Ok();
 }
 
-/// Returns the requested forms of the picture other than `colour`.
+/// Stores the requested forms of the output image other than `colour`.
 void CpuDenoiser::HandOver(const FramePlan& plan, DenoisedFrame* out) const {
   if (!results_.colour) {
     out->colour = Image3();
@@ -177,7 +177,7 @@ Status CpuDenoiser::RestoreHistory(std::span<const uint8_t> bytes) {
     return restored.status();
   }
   history_ = std::move(restored.value());
-  history_.progress.fed_back = true;  // possibly: the bytes do not record it
+  history_.progress.fed_back = true;  // possibly; the saved bytes do not contain it
   has_result_ = false;
   return Status::Ok();
 }

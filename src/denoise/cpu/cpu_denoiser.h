@@ -9,7 +9,7 @@
 
 namespace stillray {
 
-/// \param implementation  SIMD and threads, or the scalar reference
+/// \param implementation  kCpu: SIMD and threads; kReference: scalar
 std::unique_ptr<DenoiserBackend> MakeCpuDenoiser(const Settings& settings,
                                                  Backend implementation = Backend::kCpu);
 

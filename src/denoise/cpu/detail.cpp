@@ -10,7 +10,7 @@
 namespace stillray {
 namespace {
 
-/// The mean residual along the motion; empty where there is none.
+/// Fetches the mean residual along the motion; empty if there is none.
 void FetchResidual(const CpuPipeline& p, const SignalHistory& residual, const Image1& like,
                    const ReprojectionTaps& taps, SignalHistory* fetched) {
   if (fetched->length.width() != like.width() || fetched->length.height() != like.height()) {
@@ -24,7 +24,7 @@ void FetchResidual(const CpuPipeline& p, const SignalHistory& residual, const Im
 }
 
 /// Means over the 3x3 pixels on the same surface. Levels with geometry-only weights filter two
-/// channels: the third one takes the place of the first in a second run.
+/// channels, so the third one is filtered in a second run.
 void Blur(const CpuPipeline& p, const GuidePlanes& guides, const Image1& valid, FilterPlanes* from,
           FilterPlanes* to) {
   const AtrousSignal blur = {&from->colour, &from->variance, to, nullptr, &valid};

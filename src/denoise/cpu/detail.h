@@ -8,8 +8,8 @@
 
 namespace stillray {
 
-/// restore_detail and its wavelet levels, in WaveletPlanes::light of every signal that has detail.
-/// The residuals of this frame become history.
+/// Runs restore_detail and its wavelet levels on WaveletPlanes::light of every signal in
+/// RestoreDetailParameters::detail_signals. The residuals of this frame are added to the history.
 void RunRestoreDetail(const CpuPipeline& p, LayerHistory* history, LayerWork* work,
                       DenoisedFrame* out);
 

@@ -9,7 +9,7 @@
 
 namespace stillray {
 
-/// Gives the filtered light, WaveletPlanes::light, the brightness of the light before the wavelet.
+/// Runs restore_energy and its levels on the filtered signals (WaveletPlanes::light).
 void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                       DenoisedFrame* out);
 

@@ -11,7 +11,7 @@
 namespace stillray {
 namespace {
 
-/// Copies the guides that reproject reads; nothing if \p from has another size or other normals.
+/// Copies the guides that reproject reads; copies nothing if sizes or storage of normals differ.
 void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   if (from.id.width() != to->id.width() || from.id.height() != to->id.height() ||
       from.packs_normals() != to->packs_normals()) {
@@ -27,7 +27,7 @@ void CopyGuides(const GuidePlanes& from, GuidePlanes* to) {
   CopyImage(from.normal, &to->normal);
 }
 
-/// Changes the border of a history's light.
+/// Changes the border of a history's colour planes.
 void SetBorder(int border, SignalHistory* history) {
   for (LumaImage3* image : {&history->colour, &history->behind}) {
     if (!image->empty() && (*image)[0].border() != border) {
@@ -65,7 +65,7 @@ size_t SelectedBytes(const Guides& g) {
          g.transmission_albedo.bytes();
 }
 
-/// Changes the borders of a layer's history to those that the wavelet reads.
+/// Changes the borders of a layer's history to the widths that the wavelet reads.
 void FitLayer(int width, int height, int border, bool packs_normals, LayerHistory* layer) {
   const GuidePlanes& guides = layer->guides;
   if (guides.id.width() != width || guides.inverse_depth.border() != border ||

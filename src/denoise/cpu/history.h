@@ -12,13 +12,13 @@
 
 namespace stillray {
 
-/// The state of a layer: of signals with common guides.
+/// The state of a layer, i.e. of signals with common guides.
 struct LayerHistory {
   std::vector<SignalHistory> signals;
-  GuidePlanes guides;           ///< of the last frame; of the one in progress while there is one
-  GuidePlanes previous_guides;  ///< of the frame before the one in progress
-  /// Of every signal, see restore_detail: mean residual (colour) and its length; the planes are
-  /// empty where it has not run.
+  GuidePlanes guides;           ///< of the last frame; during a frame, of that frame
+  GuidePlanes previous_guides;  ///< during a frame, of the frame before
+  /// State of restore_detail for every signal: mean residual (colour) and its length; planes are
+  /// empty if the stage has not run.
   std::vector<SignalHistory> residuals;
 
   int width() const { return signals.front().length.width(); }
@@ -43,18 +43,18 @@ inline SignalHistory EmptyResidual(int width, int height) {
   return empty;
 }
 
-/// The state of the denoiser on the CPU between frames: a sequence continues from it with the same
-/// bits.
+/// The state of the denoiser on the CPU between frames. A sequence that continues from a copy has
+/// bit-identical results.
 struct History {
   int width = 0;
   int height = 0;
   SequenceProgress progress;
   LayerList list;                    ///< the layers, in the order of their signals
   std::vector<LayerHistory> layers;  ///< the first is the surface's
-  Image3 picture;                    ///< the last finished one
-  Image3 albedo;                     ///< its antialiased albedo; empty unless it is kept
-  Image1 followed;                   ///< light per block, of follow_light; empty unless it runs
-  HeldGuides held;                   ///< of frames with incomplete guides; else empty
+  Image3 picture;                    ///< the last output image
+  Image3 albedo;    ///< antialiased albedo of `picture`; empty unless antialias keeps it
+  Image1 followed;  ///< radiance per block, of follow_light; empty unless that runs
+  HeldGuides held;  ///< guides of frames with incomplete guides; else empty
 
   History() = default;
   History(int w, int h, const LayerList& layer_list, const HistoryLayout& layout, int border)
@@ -70,7 +70,7 @@ struct History {
     return {.with_compressed = any != nullptr && !any->compressed.empty(),
             .with_behind = any != nullptr && !any->behind.empty()};
   }
-  /// Whether a frame of this size, with these layers, can continue from it.
+  /// Whether a frame with this size and these layers can continue from this history.
   bool Fits(int w, int h, const LayerList& layer_list, const HistoryLayout& wanted) const {
     return width == w && height == h && list == layer_list && layout() == wanted;
   }

@@ -22,16 +22,16 @@ struct Header {
   int32_t width = 0;
   int32_t height = 0;
   uint32_t signal_count = 0;
-  /// 1: history, 2: picture, 4: compressed luminances, 8: history without the last feedback, 16:
-  /// held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256: of
-  /// the refraction, 512: followed light, 1024: signals by channel of colour, 2048: octahedral
-  /// normals, 4096: antialiased albedo
+  /// 1: history, 2: output image, 4: compressed luminances, 8: history without the last feedback,
+  /// 16: held guides, 32: with ids, 64: some frame was jittered, 128: layer of the reflection, 256:
+  /// of the refraction, 512: radiance of follow_light, 1024: signals by channel of colour, 2048:
+  /// octahedral normals, 4096: antialiased albedo
   uint32_t flags = 0;
   uint32_t held_planes = 0;  ///< bit n: the n-th plane of VisitHeldPlanes is present
   float feedback_progress = 0;
   uint32_t residual_signals = 0;  ///< bit n: the n-th signal of all layers has a mean residual
   uint32_t reserved = 0;
-  uint64_t checksum = 0;  ///< of all bytes, with this as 0
+  uint64_t checksum = 0;  ///< of all bytes, with this member set to 0
 };
 static_assert(sizeof(Header) == 56, "no bytes between members");
 
@@ -41,7 +41,7 @@ uint64_t ChecksumOf(Header header, std::span<const uint8_t> payload) {
   return AddToChecksum(payload, AddToChecksum(bytes));
 }
 
-/// Calls visit(plane) for every plane of the state, in the order of the file.
+/// Calls visit(plane) for every plane of the state, in the order of the saved bytes.
 template <typename State, typename Visit>
 void VisitPlanes(State& state, const Visit& visit) {
   const auto visit_all = [&](auto& planes) {
@@ -110,7 +110,7 @@ uint32_t PlanesOf(const HeldGuides& held) {
   return mask;
 }
 
-/// Allocates the planes of the mask. \return false if it has bits of planes that do not exist
+/// Allocates the planes in `held_planes`. \return false if it has bits of planes that do not exist
 bool MakePlanes(const Header& header, HeldGuides* held) {
   uint32_t mask = header.held_planes;
   VisitHeldPlanes(*held, [&](Image1& plane) {
@@ -137,7 +137,8 @@ uint32_t ResidualsOf(const History& state) {
   return mask;
 }
 
-/// Allocates the mean residuals of the mask, which has no bits of signals that do not exist.
+/// Allocates the mean residuals in `residual_signals`, which must have no bits of signals that do
+/// not exist.
 void MakeResiduals(const Header& header, std::vector<LayerHistory>* layers) {
   uint32_t mask = header.residual_signals;
   for (LayerHistory& layer : *layers) {
@@ -156,7 +157,7 @@ bool HasLayer(const LayerList& list, GuideSource source) {
                      [&](const PlannedLayer& layer) { return layer.guides == source; });
 }
 
-/// The layers of a saved history, if frames under these settings have them.
+/// The layers of a saved history. \return kBadData if frames with these settings do not have them
 Result<LayerList> LayersOf(const Header& header, const Settings& settings) {
   const size_t with_transmission = GroupsOf(settings.signals, true).size();
   FrameFacts facts;
@@ -352,7 +353,7 @@ Result<History> HistoryFromBytes(std::span<const uint8_t> bytes, const Settings&
       any_nan = any_nan || HoldsNan(plane.Row(y), plane.width());
     }
   });
-  // A NaN would stay in the history forever; no denoiser writes one.
+  // A NaN would stay in the history forever. The denoiser never writes one.
   if (any_nan) {
     return Status::BadData("saved history holds values that are no numbers");
   }

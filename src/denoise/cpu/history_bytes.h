@@ -13,12 +13,12 @@
 
 namespace stillray {
 
-/// Magic numbers of saved histories: those of the CPU, and those of other devices.
+/// Magic numbers of saved histories, of the CPU and of other devices.
 inline constexpr char kHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'r', 'a', 'y'};
 inline constexpr char kDeviceHistoryMagic[8] = {'s', 't', 'i', 'l', 'l', 'g', 'p', 'u'};
 inline constexpr uint32_t kHistoryByteOrder = 0x01020304;
 
-/// The history that settings require.
+/// Properties of the history that settings require.
 struct KeptHistory {
   size_t least = 1;  ///< signals of frames without transmission
   size_t most = 1;   ///< signals of frames with transmission
@@ -27,7 +27,7 @@ struct KeptHistory {
 };
 KeptHistory KeptBy(const Settings& settings);
 
-/// The claims of a saved history's header.
+/// The fields of a saved history's header, not yet validated.
 struct HistoryClaims {
   int32_t width = 0;
   int32_t height = 0;
@@ -37,13 +37,13 @@ struct HistoryClaims {
   bool by_channel = false;
 };
 
-/// \return kBadData naming the claim that is out of range or does not match the settings
+/// \return kBadData naming the field that is out of range or does not match the settings
 Status CheckClaims(const HistoryClaims& claims, const KeptHistory& kept);
 
-/// \return kBadData if the saved history and this denoiser keep normals in different ways
+/// \return kBadData if the saved history and this denoiser store normals in different formats
 Status CheckNormals(bool saved_octahedral, bool octahedral);
 
-/// Whether the bytes start like those of HistoryToBytes.
+/// Whether the bytes start with the magic number of HistoryToBytes.
 bool IsHistoryOfCpu(std::span<const uint8_t> bytes);
 
 /// The state as bytes: a header (magic, version, sizes, flags, checksum), then all planes row by

@@ -12,7 +12,7 @@
 namespace stillray {
 namespace {
 
-/// Whether any pixel shows a mirror.
+/// Whether any pixel is a mirror.
 bool HasMirrors(const Image1& roughness, const Image1& surface, float mirror_roughness) {
   std::atomic<bool> any = false;
   ParallelRows(roughness.height(), 32, [&](int y0, int y1) {

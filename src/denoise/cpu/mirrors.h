@@ -8,8 +8,7 @@
 
 namespace stillray {
 
-/// keep_mirrors and its wavelet levels: restores samples of mirrors that the filter made worse, in
-/// WaveletPlanes::light.
+/// Runs keep_mirrors and its wavelet levels on WaveletPlanes::light.
 void RunKeepMirrors(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
                     LayerWork* work, DenoisedFrame* out);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The requested intermediate pictures of one frame on the CPU.
+/// The requested intermediate images of one frame on the CPU.
 #pragma once
 
 #include <span>
@@ -19,7 +19,8 @@ namespace stillray {
 
 class FrameOutputs {
  public:
-  /// \param names  of single outputs: see Denoiser::OutputNames. The arguments must outlive this
+  /// \param names  full names of outputs, see Denoiser::OutputNames. The arguments must outlive
+  ///     this object.
   FrameOutputs(const std::vector<std::string>& names, const StageTable& stages,
                const DemodulateParameters& demodulate, DenoisedFrame* out)
       : names_(names), stages_(stages), demodulate_(demodulate), out_(out) {}
@@ -31,13 +32,13 @@ class FrameOutputs {
   /// \param light  luminance, red, blue; stored as red, green, blue
   void KeepLight(const char* kind, const SignalGroup& signal, const LumaImage3& light);
   void KeepPicture(const char* name, const Image3& picture);
-  /// Adds a signal, times its albedo, to the picture `name`, which is requested.
-  /// \param scratch  work memory of the picture's size
+  /// Adds a signal, times its albedo, to the image `name`, which must be requested.
+  /// \param scratch  work memory of the image's size
   void AddToPicture(const std::string& name, const LumaImage3& light, const AlbedoSum& albedo,
                     Image3* scratch);
-  /// Adds unfiltered light to all pictures of AddToPicture.
+  /// Adds unfiltered radiance to all images of AddToPicture.
   void AddUnfiltered(std::span<const Image3* const> unfiltered);
-  /// Returns the pictures of AddToPicture, after all others.
+  /// Appends the images of AddToPicture to the frame's outputs, after all others.
   void Finish();
 
  private:

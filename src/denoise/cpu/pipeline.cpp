@@ -15,7 +15,7 @@
 //     suppress_fireflies 1        new light                      new light
 //     limit_history      wavelet  new light, taps, last history  ratio, bias          (all signals at once, at half the resolution)
 //     accumulate         -        new light, taps, last history  history              colour, moments, length
-//     merge_future       -        history, light of the future   merged history       (only where the future is known)
+//     merge_future       -        history, later frames          merged history       (only where the future is known)
 //   estimate_variance    3        histories, guides              variances
 //   smooth_variance      1        variance                       variance             (signal by signal; prefilter_variance=once)
 //   per level:
@@ -27,12 +27,12 @@
 //   keep_samples         wavelet  new light, colour, history     colour               (only frames of several samples)
 //   keep_mirrors         wavelet  new light, colour, roughness   colour               (only where a surface is smooth)
 //   restore_detail       3x3 + 7  new light, colour, residual    colour               mean residual, length  (only if on)
-//   remodulate           -        colours, albedo, unfiltered    picture
-//   fxaa                 9        picture, length                picture
+//   remodulate           -        colours, albedo, unfiltered    image
+//   fxaa                 9        image, length                  image
 //   sum_albedo           8        albedos, images                albedo, range        (its antialiased sum is kept for the next frame)
-//   spline_coefficients  4        last picture, last albedo      coefficients         (only where something moves)
-//   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second picture)
-//   antialias            4x4      picture, coefficients, motion  picture              kept for the next frame
+//   spline_coefficients  4        last image, last albedo        coefficients         (only with motion)
+//   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second image)
+//   antialias            4x4      image, coefficients, motion    image                kept for the next frame
 //
 // Stages that run together (fused/fused.h) count as the later one in the timings.
 // clang-format on
@@ -59,7 +59,7 @@
 namespace stillray {
 namespace {
 
-/// Guides, emission and background: those of the frame, or filled ones if some are unknown.
+/// Guides, emission and background of the frame, completed by fill_guides if some are unknown.
 FrameInput InputOf(const CpuPipeline& p, const Frame& frame, HeldGuides* held, FillGuidesWork* work,
                    DenoisedFrame* out) {
   float negative_limit = 0;
@@ -119,7 +119,7 @@ int64_t CountNan(const Image1& plane) {
   return count;
 }
 
-/// \param history  its guides become those of this frame
+/// \param history  [in,out] its guides are replaced by those of this frame
 void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHistory* history,
               ReprojectionTaps* taps, DenoisedFrame* out) {
   std::swap(history->guides, history->previous_guides);
@@ -151,7 +151,7 @@ void FindTaps(const CpuPipeline& p, const FrameInput& in, int border, LayerHisto
   }
 }
 
-/// Calls then(i) for each signal once its new light and the limit of its history are computed.
+/// Calls then(i) for each signal once its new samples and the limit of its history are computed.
 template <typename Then>
 void ForEachSignal(const CpuPipeline& p, const FrameInput& in, LayerHistory* history,
                    LayerWork* work, FrameOutputs* outputs, DenoisedFrame* out, const Then& then) {
@@ -171,7 +171,8 @@ void ForEachSignal(const CpuPipeline& p, const FrameInput& in, LayerHistory* his
   }
 }
 
-/// All stages of a layer from its guides to its filtered light. \param future  of its signals
+/// All stages of a layer from its guides to its filtered signals.
+/// \param future  one history per signal of the layer
 void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const SignalHistory> future,
                  LayerHistory* history, LayerWork* work, FrameOutputs* outputs,
                  DenoisedFrame* out) {
@@ -205,7 +206,8 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   }
 }
 
-/// Calls run(layer, pipeline, in) for each layer with the pipeline of its signals and its input.
+/// Calls run(layer, pipeline, in) for each layer, with the pipeline of the layer's signals and its
+/// input.
 template <typename Run>
 void ForEachLayer(const CpuPipeline& p, const FrameInput& in, FrameWork* work, DenoisedFrame* out,
                   const Run& run) {
@@ -221,7 +223,7 @@ void ForEachLayer(const CpuPipeline& p, const FrameInput& in, FrameWork* work, D
   }
 }
 
-/// The picture's parts: filtered signals, emission and background.
+/// The terms of the output image: filtered signals, emission and background.
 struct Picture {
   std::array<SignalLight, kMostGroups> filtered;
   std::array<const Image3*, 2> unfiltered = {};
@@ -235,7 +237,7 @@ const Guides& GuidesOf(const FramePlan& plan, const FrameInput& in, const FrameW
                                                                   : work.layers[layer].selected;
 }
 
-/// Adds the filtered light of a layer.
+/// Adds the filtered signals of a layer.
 void AddLayer(const CpuPipeline& p, const Guides& guides, const PlannedLayer& layer,
               LayerWork* work, Picture* picture) {
   for (size_t i = 0; i < layer.count; ++i) {
@@ -299,7 +301,7 @@ Image1* ImagesOf(GuideSource source, FrameWork* work) {
   return source == GuideSource::kReflection ? &work->images : &work->refracted_images;
 }
 
-/// Finds the pixels that show images.
+/// Finds the pixels with virtual images.
 void FindShownImages(const FramePlan& plan, const FrameInput& in, FrameWork* work) {
   for (size_t i = 0; i < plan.layers.count; ++i) {
     const GuideSource source = plan.layers.layer[i].guides;
@@ -310,7 +312,7 @@ void FindShownImages(const FramePlan& plan, const FrameInput& in, FrameWork* wor
   }
 }
 
-/// The motion of what the picture shows, after FindShownImages.
+/// The motion of each pixel's visible surface or virtual image, after FindShownImages.
 const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWork* work) {
   if (plan.layers.count == 1) {
     return in.guides.motion;
@@ -326,7 +328,7 @@ const Image2& PictureMotion(const FramePlan& plan, const FrameInput& in, FrameWo
   return work->motion;
 }
 
-/// The number of samples in the light that the picture shows, after FindShownImages.
+/// The history length of each pixel's visible surface or virtual image, after FindShownImages.
 const Image1& PictureLength(const FramePlan& plan, const History& history, FrameWork* work) {
   const Image1& of_surface = history.layers.front().signals.front().length;
   if (plan.antialias.image_length == 0) {
@@ -342,12 +344,13 @@ const Image1& PictureLength(const FramePlan& plan, const History& history, Frame
   return work->length;
 }
 
-/// Whether anything in the picture moves.
+/// Whether any pixel has motion.
 bool Moves(const Image2& motion) {
   return AnyPixel(motion, [](float v) { return v != 0; });
 }
 
-/// The albedo of reflected light, with that of what is seen where images are.
+/// The albedo of reflected light; where virtual images are visible, times that of the reflected
+/// surface.
 const Image3& ReflectedAlbedo(const CpuPipeline& p, const Guides& guides, const FrameWork& work) {
   for (size_t i = 0; p.plan.antialias.image_albedo != 0 && i < p.plan.layers.count; ++i) {
     if (p.plan.layers.layer[i].guides == GuideSource::kReflection) {
@@ -357,7 +360,7 @@ const Image3& ReflectedAlbedo(const CpuPipeline& p, const Guides& guides, const 
   return guides.specular_albedo;
 }
 
-/// After FindShownImages.
+/// Runs sum_albedo, after FindShownImages.
 void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
   std::array<const Image3*, 3> given = {};
   size_t count = 0;
@@ -371,7 +374,7 @@ void RunSumAlbedo(const CpuPipeline& p, const Guides& guides, FrameWork* work) {
   p.stages.sum_albedo({given.data(), count}, images, &work->albedo);
 }
 
-/// \return the ratio of the light to that of the last frame, per block
+/// \return the ratio of the radiance to that of the last frame, per block
 const Image1* RunFollowLight(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                              const Image2& picture_motion, History* history, FrameWork* work) {
   const LayerHistory& surface = history->layers.front();
@@ -389,7 +392,7 @@ const Image1* RunFollowLight(const CpuPipeline& p, const FrameInput& in, const P
   return &work->ratio;
 }
 
-/// Stores the finished picture in the history.
+/// Stores the antialiased image in the history.
 void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts& parts,
                   History* history, FrameWork* work, Image3* colour, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "antialias");

@@ -16,25 +16,26 @@
 
 namespace stillray {
 
-/// The constant arguments of the stages of a frame.
+/// Arguments common to all stages of a frame.
 struct CpuPipeline {
   const StageTable& stages;
   const FramePlan& plan;
   const Fusion fusion;
-  const std::vector<std::string>& outputs;  ///< names of single outputs
+  const std::vector<std::string>& outputs;  ///< full names of outputs
 };
 
-/// \param future   one history per signal if the plan merges them
-/// \param history  of the previous frame; updated to this one, except `progress`
-/// \param colour   receives the finished picture, of the frame's size; nullptr: it is only stored
-///     in History::picture
+/// \param future   one history per signal if the plan runs merge_future
+/// \param history  [in,out] of the previous frame; updated to this frame, except `progress`
+/// \param colour   receives the output image, of the frame's size; nullptr: it is only stored in
+///     History::picture
 /// \param out      receives everything except `colour`, `display` and `shared`
 void RunFrame(const CpuPipeline& pipeline, const Frame& frame,
               std::span<const SignalHistory> future, History* history, FrameWork* work,
               Image3* colour, DenoisedFrame* out);
 
-/// A frame of a sequence that is played backward: its light is accumulated, and no picture is made.
-/// \param future  receives the light of the frame's future, one history per signal
+/// A frame of a sequence that is processed backward: its radiance is accumulated, and no image is
+/// made.
+/// \param future  receives the history of the later frames, one per signal
 void RunBackward(const CpuPipeline& pipeline, const Frame& frame, History* history, FrameWork* work,
                  std::vector<SignalHistory>* future);
 

@@ -8,12 +8,13 @@
 
 namespace stillray {
 
-/// keep_samples and its wavelet levels, in all signals whose samples have a known variance.
+/// Runs keep_samples and its wavelet levels on all signals whose samples have a known variance.
 void RunKeepSamples(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
                     DenoisedFrame* out);
 
-/// The levels of keep_samples and keep_mirrors, and the blend.
-/// \param measured  squared differences and noise, of one of the two; overwritten, as `other` is
+/// Runs the levels of keep_samples or keep_mirrors, and the blend.
+/// \param measured  output of MeasureSamples or MeasureMirrors; overwritten, as is \p other (work
+///     memory)
 void BlendSamples(const CpuPipeline& p, const GuidePlanes& guides, const NewLight& light,
                   const Image1& valid, FilterPlanes* measured, FilterPlanes* other,
                   LumaImage3* filtered);

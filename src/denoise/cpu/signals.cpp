@@ -19,7 +19,7 @@ SignalHistory EmptyHistory(const CpuPipeline& p, const LayerHistory& history, in
                        p.plan.layout.with_behind, border);
 }
 
-/// The lights of a signal; allocates the variance within pixels if second moments are given.
+/// The terms of a signal; allocates the variance within pixels if second moments are given.
 DemodulateInput RadianceOf(const CpuPipeline& p, const FrameInput& in, const SignalGroup& signal,
                            NewLight* to) {
   DemodulateInput light;
@@ -91,7 +91,8 @@ void MakeRatioPlanes(const GuidePlanes& guides, LayerWork* work) {
   }
 }
 
-/// Gives a fetched history the noise of its shortened length, by which it is merged.
+/// Sets the sum of squared weights of a fetched history to that of its shortened length, from which
+/// merge_future computes its weight.
 void ShortenByConfidence(const ReprojectionTaps& taps, SignalHistory* fetched) {
   Image1& length = fetched->length;
   for (int y = 0; taps.confidence != nullptr && y < length.height(); ++y) {
@@ -103,8 +104,8 @@ void ShortenByConfidence(const ReprojectionTaps& taps, SignalHistory* fetched) {
   }
 }
 
-/// ComparedPlanes::moving of all signals: indirect diffuse light moves with the lamp that direct
-/// light shows.
+/// Computes ComparedPlanes::moving of all signals. All diffuse signals have the largest value among
+/// them, since indirect light changes with the lamp that direct light shows.
 void FindMovingLight(const CpuPipeline& p, LayerWork* work) {
   const auto diffuse = static_cast<size_t>(p.plan.limit_history.wide_signals);
   float most = 0;
@@ -162,7 +163,7 @@ void GatherLight(const CpuPipeline& p, const FrameInput& in, size_t signal, Laye
   {
     const StageTimer timer(&out->timings, "demodulate");
     const DemodulateCounts counts = p.stages.demodulate(RadianceOf(p, in, group, &light), &light);
-    if (group.channel <= 0) {  // the others have the same invalid pixels
+    if (group.channel <= 0) {  // the other channels have the same invalid pixels
       out->non_finite += counts.non_finite;
       out->negative += counts.negative;
     }

@@ -21,7 +21,7 @@
 namespace stillray {
 namespace {
 
-/// Whether light is known on every surface.
+/// Whether every surface has samples.
 bool IsComplete(const Image1& valid, const GuidePlanes& guides) {
   std::atomic<bool> all_valid = true;
   ParallelRows(valid.height(), 32, [&](int y0, int y1) {
@@ -65,7 +65,7 @@ bool HasPilot(const CpuPipeline& p, int level, size_t signal) {
          (p.plan.pilot_signals[static_cast<size_t>(level)] >> signal & 1) != 0;
 }
 
-/// Marks pixels with light, unless all have some.
+/// Marks the surfaces with samples, unless all have some.
 void FindPresent(const Image1& surface, WaveletPlanes* planes) {
   const Image1& length = planes->history->length;
   planes->where = planes->all_valid ? &surface : &planes->valid;
@@ -101,7 +101,7 @@ void RunEstimateVariance(const CpuPipeline& p, const FrameInput& in, const Guide
   }
 }
 
-/// Smooths the variance that the levels start from.
+/// Smooths the variance that is the input of the first level.
 void RunSmoothVariance(const CpuPipeline& p, const GuidePlanes& guides,
                        std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "prefilter_variance");
@@ -113,14 +113,15 @@ void RunSmoothVariance(const CpuPipeline& p, const GuidePlanes& guides,
   }
 }
 
-/// The confidence by which the luminance weight of a signal is widened; nullptr: by none.
+/// The confidence that widens the luminance weight of a signal (VolumeWidening); nullptr: not
+/// widened.
 const Image1* WideningConfidence(const CpuPipeline& p, const Frame& frame, size_t signal) {
   const bool widens = p.plan.prefilter_variance.volume_widening > 1 &&
                       (p.plan.prefilter_variance.volume_signals >> signal & 1) != 0;
   return widens && !frame.confidence.empty() ? &frame.confidence : nullptr;
 }
 
-/// \param pilot  of the pilot estimate rather than of the light
+/// \param pilot  for the pilot estimate instead of the signal
 void RunPrefilterVariance(const CpuPipeline& p, const Frame& frame, const GuidePlanes& guides,
                           size_t signal, bool pilot, WaveletPlanes* planes, DenoisedFrame* out) {
   const StageTimer timer(&out->timings, "prefilter_variance");
@@ -135,11 +136,11 @@ void RunPrefilterVariance(const CpuPipeline& p, const Frame& frame, const GuideP
   p.stages.prefilter_variance(in, p.plan.prefilter_variance, &planes->luminance_factor);
 }
 
-/// The pilot estimate: the mean of the 3x3 pixels on the same surface, as far apart as the taps of
-/// the level. The weights of the first levels compare it in place of single pixels. A pixel of few
-/// samples takes its own noise for signal: it refuses neighbours that are brighter, more often than
-/// darker ones since light is skewed, so that the picture darkens. Leaves the luminance in `pilot`
-/// and its variance in the planes of the next level's output.
+/// The pilot estimate: the mean of 3x3 pixels on the same surface, as far apart as the taps of the
+/// level. The weights of the first levels compare it in place of single pixels. The weights of a
+/// pixel with few samples depend on its own noise: since radiance has a skewed distribution,
+/// brighter neighbours are rejected more often than darker ones, and the image darkens. The
+/// luminance is stored in `pilot`, its variance in the planes of the next level's output.
 void RunPilot(const CpuPipeline& p, int level, const GuidePlanes& guides,
               std::vector<WaveletPlanes>* wavelet, DenoisedFrame* out) {
   std::array<WaveletPlanes*, kMostGroups> with_pilot;
@@ -195,7 +196,7 @@ AtrousSignal SignalOf(const CpuPipeline& p, int level, size_t index, bool has_pi
   return signal;
 }
 
-/// The output of a level is the input of the next one.
+/// Sets the output of a level as the input of the next one.
 void FinishLevel(const AtrousSignal& signal, const GuidePlanes& guides, WaveletPlanes* planes) {
   FilterPlanes& filtered = planes->filter[planes->target];
   planes->light = &filtered.colour;
@@ -207,7 +208,7 @@ void FinishLevel(const AtrousSignal& signal, const GuidePlanes& guides, WaveletP
   }
 }
 
-/// The output "smoothed_variance": the variance by which the first level compares luminances.
+/// Stores the output "smoothed_variance": the variance in the luminance weights of the first level.
 void KeepSmoothedVariance(const CpuPipeline& p, const std::vector<WaveletPlanes>& wavelet,
                           FrameOutputs* outputs) {
   const int radius = p.plan.prefilter_variance.prefilter_variance != 0 ? 1 : 0;
@@ -224,7 +225,7 @@ void KeepSmoothedVariance(const CpuPipeline& p, const std::vector<WaveletPlanes>
   }
 }
 
-/// The outputs "weights1", ...: the sum of the weights of each level.
+/// Stores the outputs "weights1", ...: the sums of weights of each level.
 void KeepWeights(const CpuPipeline& p, int level, const GuidePlanes& guides,
                  std::span<const AtrousSignal> signals, FrameOutputs* outputs) {
   const std::string kind = fmt::format("weights{}", level + 1);
@@ -262,8 +263,8 @@ void RunLevel(const CpuPipeline& p, const Frame& frame, int level, const GuidePl
   }
 }
 
-/// The light of a level becomes the history of the next frame; the planes of the old history are
-/// reused by another level.
+/// The output of a level becomes the history of the next frame; the planes of the old history are
+/// reused by later levels.
 void FeedBack(WaveletPlanes* planes) {
   SignalHistory* history = planes->history;
   if (!history->behind.empty()) {

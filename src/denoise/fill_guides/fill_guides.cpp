@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The stage is bound by memory: some twenty planes, of which one pixel in a hundred is known. So
-// there are two passes over each plane, by rows of cells of the pyramid: GatherKnown, which also
-// downsamples to the first level (in a still view only cells with new pixels), and FillHoles. The
-// levels between cost an eighth of the time.
+// The stage is limited by memory bandwidth: some twenty planes, of which one pixel in a hundred is
+// known. It therefore makes only two passes over each plane, by rows of pyramid cells: GatherKnown,
+// which also downsamples to the first level (in a static view only cells with new pixels), and
+// FillHoles. The higher levels cost an eighth of the time.
 #include "denoise/fill_guides/fill_guides.h"
 
 #include <atomic>
@@ -52,7 +52,7 @@ bool HasIncompleteGuides(const Frame& frame) {
     for (int y = y0; y < y1 && !any; ++y) {
       const float* depth = frame.guides.depth.Row(y);
       const float* samples = frame.samples.Row(y);
-      int unknown = 0;  // a sum, not an early end: the compiler makes vectors of it
+      int unknown = 0;  // a sum without early exit, which the compiler vectorises
       for (int x = 0; x < frame.width; ++x) {
         unknown |= static_cast<int>(depth[x] == 0) & static_cast<int>(!(samples[x] > 0));
       }
@@ -87,7 +87,8 @@ bool HasLight(const Image3& light, int x, int y) {
   return !light.empty() && (light[0](x, y) != 0 || light[1](x, y) != 0 || light[2](x, y) != 0);
 }
 
-/// Lists the known pixels; whether any of them moves or has light that `held` has no planes for.
+/// Lists the known pixels. \return whether any of them has motion, or emission or background for
+/// which `held` has no planes
 KnownPixels FindKnown(const Frame& frame, const HeldGuides& held, RowLists* list) {
   std::atomic<int64_t> count = 0;
   std::atomic<bool> moves = false;
@@ -156,7 +157,7 @@ void RejectGhosts(const Task& t, int radius) {
   });
 }
 
-/// The motion of this frame on all levels.
+/// Computes the motion of this frame on all levels.
 void FillMotion(const Task& t) {
   DownsampleMotion(t);
   const PyramidMask& mask = t.work->mask[Work::kNew];

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// fill_guides: guides, emission and background for every pixel of frames that have them only where
-/// a path was traced (below one sample per pixel).
-/// Source: PSVGF section 5. Departs from it: guides of earlier frames come before filled ones.
+/// fill_guides: computes guides, emission and background for every pixel of sparse frames (below
+/// one sample per pixel), which have them only where a path was traced. Source: PSVGF section 5.
+/// Departs from it: guides of earlier frames take precedence over interpolated ones.
 ///
 /// A pixel is *known* if the frame gives it a depth or a sample. The steps of a frame:
 ///
-///   FindKnown         lists the known pixels; is any of them moving?
-///   RejectGhosts      a known pixel that contradicts the held guides at its place: the held guides
-///                     of that surface around it may be those of an object that has left
+///   FindKnown         lists the known pixels, and tests whether any of them has motion
+///   RejectGhosts      where a known pixel contradicts the held guides at its position, rejects
+///                     the held guides of their surface around it: the object may have moved away
 ///   GatherKnown       copies known pixels; the others gather the held guides along the motion
 ///   downsample, fill  the pyramid (pyramid.h): first level from known pixels, up, and down again
-///   FillHoles         the remaining holes: first whether they show a surface or the sky, then
-///                     the surface's guides from known surfaces, its background from known sky
+///   FillHoles         the remaining holes: decides between surface and sky, then fills a surface's
+///                     guides from known surfaces, and the sky's background from known sky
 ///
 /// | file                      | |
 /// |---|---|
@@ -41,11 +41,11 @@ namespace stillray {
 
 struct StageTable;
 
-/// A list of integers for each row of the picture.
+/// A list of integers for each row of the image.
 class RowLists {
  public:
   void Resize(int width, int height);
-  /// Storage for `width` values of row y and a SIMD vector more.
+  /// Storage for `width` values of row y plus a SIMD vector.
   int32_t* Begin(int y) { return values_.data() + static_cast<size_t>(y) * stride_; }
   void SetCount(int y, int count) { counts_[static_cast<size_t>(y)] = count; }
   std::span<const int32_t> Row(int y) const {
@@ -61,16 +61,16 @@ class RowLists {
   std::vector<int> counts_;
 };
 
-/// Memory of FillGuides, kept between frames. None of it is history.
+/// Work memory of FillGuides, kept between frames; contains no history.
 struct FillGuidesWork {
-  /// Kinds of known pixels: all, those of a surface, those of the sky, those of this frame.
+  /// Kinds of known pixels: all; with a surface; with the sky; known in this frame.
   enum Kind { kAny, kSurface, kSky, kNew, kKindCount };
 
   HeldGuides before;
-  RowLists known_now;  ///< columns of the pixels that this frame knows
-  RowLists ghosts;     ///< row by row, pixels of `before` whose surface has left: y * width + x
+  RowLists known_now;  ///< columns of the known pixels of this frame
+  RowLists ghosts;  ///< pixels of `before` whose surface has moved away, row by row: y * width + x
   std::array<PyramidMask, kKindCount> mask;
-  Pyramid surface;  ///< part of each cell that is surface
+  Pyramid surface;  ///< fraction of each cell that is surface
   Pyramid inverse_depth;
   std::array<Pyramid, HeldPlanes::kMaxPlanes> plane;
   std::array<Pyramid, 2> motion;
@@ -82,8 +82,8 @@ struct FillGuidesWork {
 /// Whether the frame has pixels without guides: depth 0 and no sample.
 bool HasIncompleteGuides(const Frame& frame);
 
-/// Fills the guides of a frame; see above.
-/// \param held  in: of the frame before, or empty; out: of this frame
+/// Fills the guides of a frame, with the functions of `stages`.
+/// \param held  [in,out] guides of the last frame, or empty; replaced by those of this frame
 void FillGuides(const Frame& frame, const StageTable& stages, HeldGuides* held,
                 FillGuidesWork* work);
 

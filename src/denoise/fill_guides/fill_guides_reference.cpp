@@ -41,7 +41,7 @@ void CopyKnown(const Frame& frame, HeldGuides* held) {
   });
 }
 
-/// Motion of every pixel, from that of known pixels.
+/// Fills the motion of every pixel from that of the known pixels.
 void FillMotion(const Frame& frame, bool moves, Image2* motion) {
   Image1 known(frame.width, frame.height);
   ForPixels(frame, [&](int x, int y) { known(x, y) = IsKnown(frame, x, y) ? 1.0f : 0.0f; });
@@ -78,7 +78,7 @@ void RejectGhosts(const Frame& frame, const Guides& now, const Shift& shift, int
   before->known = known;
 }
 
-/// Gathers held guides along the motion where the frame has none; what remains are holes.
+/// Gathers held guides along the motion where the frame has none; the remaining pixels are holes.
 void GatherHeld(const Frame& frame, const Shift& shift, HeldGuides* before, HeldGuides* now) {
   const HeldPlanes from = PlanesOf(frame, before);
   const HeldPlanes to = PlanesOf(frame, now);
@@ -111,7 +111,7 @@ Image1 Filled(const Image1& known, Image1 plane) {
   return plane;
 }
 
-/// Fills the holes.
+/// Fills the holes of all planes.
 void FillAllHoles(const Frame& frame, HeldGuides* held) {
   Image1 surface(frame.width, frame.height);
   Image1 sky(frame.width, frame.height);

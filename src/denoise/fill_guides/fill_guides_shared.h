@@ -18,18 +18,19 @@ SHARED_BEGIN
 
 const int kPyramidFactor = 3;
 
-// Size of the level above one of this size.
+// Size of the pyramid level above a level of this size.
 SHARED_FN int CellsOf(int size) {
   return (size + kPyramidFactor - 1) / kPyramidFactor;
 }
 
-// The level above is read at (x + 1/2) / 3 - 1/2: between the cell before the parent and the parent
-// for the first of three children, at the parent for the second, after it for the third.
+// The first of two cells of the level above, which is interpolated at (x + 1/2) / 3 - 1/2: between
+// the cell before the parent and the parent for the first of three children, at the parent for the
+// second, between the parent and the next cell for the third.
 SHARED_FN int FirstParent(int x) {
   return x / kPyramidFactor - (x % kPyramidFactor == 0 ? 1 : 0);
 }
 
-// Weight of the cell after FirstParent.
+// Weight of the second cell, FirstParent + 1.
 SHARED_FN float SecondParentWeight(int x) {
   int child = x % kPyramidFactor;
   return child == 0 ? 2.0f / 3.0f : (child == 1 ? 0.0f : 1.0f / 3.0f);
@@ -41,13 +42,13 @@ SHARED_FN float LerpParents(float first, float second, float weight) {
 
 // Held guides.
 
-// Motion up to this many pixels per frame is zero.
+// Motion up to this counts as zero, pixels per frame.
 const float kMinMotion = 1e-3f;
-// Relative difference of inverse depth between different surfaces, where there are no ids.
+// Least relative difference of inverse depth between different surfaces, used without ids.
 const float kDepthTolerance = 0.1f;
 const int kMaxGhostRadius = 16;
 
-// Coordinate of a pixel's held guides: along the motion, rounded down after adding `shift` in
+// Coordinate of a pixel's held guides: the end of the motion, rounded down after adding `shift` in
 // [0, 1).
 SHARED_FN float HeldCoordinate(int x, float motion, float shift) {
   return floor(float(x) + motion + shift);
@@ -59,8 +60,8 @@ SHARED_FN bool DepthsDiffer(float za, float zb) {
 }
 
 // Radius in pixels around a ghost within which held guides of its surface are rejected: the mean
-// distance of known pixels, 3/4 sqrt(pixels / known), rounded up. Squares are compared, since the
-// result would depend on the last bit of a root.
+// distance of known pixels, 3/4 sqrt(pixels / known), rounded up. Squares are compared, so that the
+// result does not depend on the rounding of a root.
 SHARED_FN int GhostRadius(float known, float pixels) {
   int radius = 1;
   while (radius < kMaxGhostRadius && float(16 * radius * radius) * known < 9.0f * pixels) {

@@ -18,7 +18,7 @@ struct FillGuidesTask {
 
   const Frame* frame;
   HeldGuides* held;
-  HeldGuides* before;  ///< nullptr in a still view
+  HeldGuides* before;  ///< guides of the last frame; nullptr in a static view
   Work* work;
   HeldPlanes planes;
   HeldPlanes planes_before;
@@ -28,7 +28,7 @@ struct FillGuidesTask {
   int height() const { return frame->height; }
   int cell_rows() const { return work->surface.value.front().height(); }
   int cells() const { return work->surface.value.front().width(); }
-  /// Kinds of known pixels that fill holes: not the sky while it is black.
+  /// The kinds of known pixels that fill holes, without the sky while it is black.
   std::span<const Work::Kind> kinds() const {
     static constexpr Work::Kind kAll[] = {Work::kAny, Work::kSurface, Work::kSky};
     return {kAll, held->background.empty() ? size_t{2} : size_t{3}};
@@ -41,7 +41,7 @@ struct FillGuidesTask {
 
 namespace cpu {
 
-/// Rows per task of a thread: of the picture and of cells.
+/// Rows per task of a thread: of the image, and of cells.
 inline constexpr int kRowBand = 16;
 inline constexpr int kCellBand = 4;
 
@@ -49,9 +49,10 @@ inline constexpr int kCellBand = 4;
 int64_t ListKnown(const Frame& frame, int y0, int y1, RowLists* list);
 /// Downsamples the motion of known pixels to the first level.
 void DownsampleMotion(const FillGuidesTask& task);
-/// Copies known pixels, gathers held ones, and downsamples both to the first level.
+/// Copies known pixels, gathers held guides for the others, and downsamples both to the first
+/// level.
 void GatherKnown(const FillGuidesTask& task);
-/// Fills all holes of the picture from the first level.
+/// Fills all holes of the image from the first level.
 void FillHoles(const FillGuidesTask& task);
 
 }  // namespace cpu

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// FillHoles of fill_guides: holes of the picture from the first level of the pyramid, all planes at
-// once.
+// FillHoles of fill_guides: fills the holes of the image from the first level of the pyramid, all
+// planes at once.
 #include "denoise/fill_guides/fill_guides_task.h"
 
 #include <limits>

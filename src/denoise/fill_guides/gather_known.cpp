@@ -40,7 +40,7 @@ int64_t ListKnownRows(const Frame& frame, int y0, int y1, RowLists* list) {
     int32_t* to = list->Begin(y);
     int count = 0;
     for (int x = 0; x < frame.width; x += LaneCount()) {
-      // A depth of NaN is known, so that it is counted as broken.
+      // A NaN depth counts as known, so that it is reported as invalid.
       const MF has_depth = hn::Not(hn::Eq(hn::LoadU(d, depth + x), hn::Zero(d)));
       const MF has_sample = hn::Gt(hn::LoadU(d, samples + x), hn::Zero(d));
       const MF known = hn::And(hn::Or(has_depth, has_sample), InRow(x, frame.width));
@@ -233,7 +233,7 @@ void CopyKnownRow(const Task& t, int y) {
   }
 }
 
-/// Motion of row y: the frame's at known pixels, else filled.
+/// Motion of row y: that of the frame at known pixels, else filled.
 void FillMotionRow(const Task& t, int y, const UpsampleAcross& across, const RowScratch& scratch) {
   const std::span<const int32_t> columns = t.work->known_now.Row(y);
   for (size_t k = 0; k < 2; ++k) {
@@ -247,10 +247,11 @@ void FillMotionRow(const Task& t, int y, const UpsampleAcross& across, const Row
   }
 }
 
-/// Indices of a row's pixels in the held planes, and per SIMD vector whether they are adjacent.
+/// Indices of a row's pixels in the held planes, and per SIMD vector whether they are contiguous.
 struct HeldRow {
-  int32_t* index;  ///< of every pixel, 0 where nothing is held
-  int32_t* start;  ///< per SIMD vector: index of its first lane if adjacent, or one of these
+  int32_t* index;  ///< per pixel; 0 without held guides
+  int32_t* start;  ///< per SIMD vector: index of its first lane if contiguous, else kScattered or
+                   ///< kNothing
   static constexpr int32_t kScattered = -1;
   static constexpr int32_t kNothing = -2;
 };
@@ -329,7 +330,7 @@ void GatherRow(const Task& t, int y, const UpsampleAcross& across) {
   CopyKnownRow(t, y);
 }
 
-/// Prefetches the known pixels of a row of cells: they are too far apart for the hardware
+/// Prefetches the known pixels of a row of cells, which are too far apart for the hardware
 /// prefetcher.
 void PrefetchCells(const Task& t, int c) {
   const auto fetch = [](const auto* address) { __builtin_prefetch(address, 1, 2); };
@@ -370,7 +371,7 @@ void GatherCellRows(const Task& t, int cell_y0, int cell_y1) {
         CopyKnownRow(t, y);
       }
     }
-    // One cell on its own costs about a tenth of a row of cells in vectors.
+    // A single cell costs about a tenth of a vectorised row of cells.
     if (!t.held->first_level_valid || new_pixels * 10 > static_cast<size_t>(t.cells())) {
       DownsampleCellRow(t, c);
       continue;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Held guides: guides carried over from earlier frames. Code common to both versions of
-/// fill_guides.
+/// Held guides: guides carried over from earlier frames. Code shared by the scalar and the vector
+/// version of fill_guides.
 #pragma once
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 
 namespace stillray {
 
-/// Filled guides, emission and background of a frame. Images that the frames lack are empty;
-/// emission and background also while all known values are black.
+/// Filled guides, emission and background of a frame. Images that the frames lack are empty, and so
+/// are emission and background while all known values are black.
 struct HeldGuides {
   Image1 known;   ///< 1: traced in this frame or carried over; 0: filled from the pyramid
   Guides guides;  ///< without roughness
@@ -34,7 +34,7 @@ struct HeldGuides {
   size_t bytes() const;
 };
 
-/// Calls visit(plane) for every plane of floats in a fixed order, empty ones too.
+/// Calls visit(plane) for every float plane in a fixed order, including empty planes.
 template <typename Held, typename Visit>
 void VisitHeldPlanes(Held& held, const Visit& visit) {
   visit(held.known);
@@ -50,7 +50,7 @@ void VisitHeldPlanes(Held& held, const Visit& visit) {
   }
 }
 
-/// Which known pixels fill a plane's holes, and which holes are zero.
+/// The known pixels that fill a plane's holes, and the holes that become zero.
 enum class FillRule : uint8_t {
   kSurfaceOnly,  ///< from surfaces; zero where the hole shows the sky
   kAnywhere,     ///< from surfaces
@@ -77,7 +77,7 @@ struct HeldPlanes {
 
 HeldPlanes PlanesOf(const Frame& frame, HeldGuides* held);
 
-/// Whether emission and background have been non-black, so that they are held.
+/// Whether emission and background have been non-black so far; only then they are held.
 struct VisibleLight {
   bool emission = false;
   bool background = false;
@@ -85,7 +85,7 @@ struct VisibleLight {
 
 /// Whether held guides have the size and the images of the frame.
 bool Fits(const HeldGuides& held, const Frame& frame);
-/// Allocates missing planes, all zero, and frees those of light that is black.
+/// Allocates missing planes, all zero, and frees emission or background while it is black.
 void MakeRoom(const Frame& frame, const VisibleLight& seen, HeldGuides* held);
 
 /// Whether a component of the motion is not zero; true for NaN.
@@ -93,8 +93,8 @@ inline bool IsMoving(float motion) {
   return !(std::abs(motion) <= kMinMotion);
 }
 
-/// Finds held guides along the motion. The sum of place and motion is rounded up or down by an
-/// offset per frame, so that slow motion is right on average over many frames.
+/// Finds held guides along the motion. The sum of position and motion is rounded with an offset per
+/// frame, so that slow motion is correct on average over many frames.
 struct Shift {
   float x;
   float y;
@@ -105,7 +105,7 @@ struct Shift {
         y(static_cast<float>(
             std::fmod(static_cast<double>(frame & 0xffff) * 0.5698402909980532, 1.0))) {}
 
-  /// \return whether the place lies in the picture
+  /// \return whether the position is inside the image
   bool Find(const Image2& motion, int x0, int y0, int* qx, int* qy) const {
     const float px = HeldCoordinate(x0, motion[0](x0, y0), x);
     const float py = HeldCoordinate(y0, motion[1](x0, y0), y);
@@ -132,7 +132,7 @@ inline bool AreDifferentSurfaces(const Guides& a, int ax, int ay, const Guides& 
   return IsSurface(za) && DepthsDiffer(za, zb);
 }
 
-/// \param known  number of pixels that this frame knows
+/// \param known  number of known pixels of this frame
 inline int GhostRadius(const Frame& frame, int64_t known) {
   return GhostRadius(static_cast<float>(known),
                      static_cast<float>(frame.width) * static_cast<float>(frame.height));

@@ -23,7 +23,8 @@ void ForKnownChildren(const Image1& known, int x, int y, const Visit& visit) {
   }
 }
 
-/// Mean of the known children of each cell: sums of columns first, then of the three.
+/// Mean of the known children of each cell: first the sum of each column, then of the three
+/// columns.
 void Downsample(const Image1& known, const Image1& plane, Image1* above_known, Image1* above) {
   for (int y = 0; y < above->height(); ++y) {
     for (int x = 0; x < above->width(); ++x) {

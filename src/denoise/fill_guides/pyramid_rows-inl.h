@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Rows of the pyramid of fill_guides, from one level to the next. Sums are in the order of the
-// scalar reference, for the same bits.
+// scalar reference, for bit-identical results.
 #if defined(STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_PYRAMID_ROWS_INL_H_
@@ -38,13 +38,14 @@ HWY_INLINE ChildRows<T> ChildrenOf(const Plane<T>& plane, int cell_y) {
   return rows;
 }
 
-/// Zeroes the columns past the last that loads of three whole SIMD vectors read.
+/// Zeroes the columns beyond `width` that loads of three whole SIMD vectors read.
 HWY_INLINE void ZeroBeyond(float* row, int width, int cells) {
   const int lanes = LaneCount();
   std::fill(row + width, row + kPyramidFactor * ((cells + lanes - 1) / lanes * lanes), 0.0f);
 }
 
-/// 1 where any of the nine children is known, and 1 over the number of those that are, or 0.
+/// Writes `known` = 1 where any of the nine children is known, else 0; `inverse` = 1 / their
+/// number, or 0.
 HWY_INLINE void DownsampleMaskRow(const ChildRows<float>& masks, int width, int cells, float* sums,
                                   float* known, float* inverse) {
   const DF d;
@@ -68,7 +69,7 @@ HWY_INLINE void DownsampleMaskRow(const ChildRows<float>& masks, int width, int 
   }
 }
 
-/// Means of the known children; 0 where none is.
+/// Means of the known children; 0 without any.
 HWY_INLINE void DownsampleRow(const ChildRows<float>& values, const ChildRows<float>& masks,
                               int width, const float* inverse, int cells, float* sums,
                               float* above) {
@@ -90,7 +91,7 @@ HWY_INLINE void DownsampleRow(const ChildRows<float>& values, const ChildRows<fl
   }
 }
 
-/// The first known child in reading order; 0 where none is.
+/// The id of the first known child in row order; 0 without any.
 HWY_INLINE void DownsampleIdRow(const ChildRows<uint32_t>& ids, const ChildRows<float>& masks,
                                 int width, int cells, uint32_t* above) {
   const DF d;
@@ -121,7 +122,7 @@ HWY_INLINE void DownsampleIdRow(const ChildRows<uint32_t>& ids, const ChildRows<
 }
 
 /// The level above, interpolated vertically at row y of the level below.
-/// \param vertical  a row of cells, with room for one more before and after it
+/// \param vertical  [out] a row of cells, with space for another cell before and after it
 HWY_INLINE void UpsampleVertically(const Image1& above, int y, float* vertical) {
   const DF d;
   const int cells = above.width();
@@ -148,14 +149,14 @@ class UpsampleAcross {
         const int part = pixel % kPyramidFactor;
         const int own = pixel / kPyramidFactor;
         own_[phase][lane] = own;
-        // Plus one: loads start at the cell before.
+        // Plus one, since loads start at the previous cell.
         first_[phase][lane] = own + (part == 0 ? 0 : 1);
         first_weight_[phase][lane] = 1.0f - SecondParentWeight(part);
         second_weight_[phase][lane] = SecondParentWeight(part);
       }
     }
   }
-  /// Pixels x, x + 1, ... from a row of UpsampleVertically.
+  /// Interpolates the pixels x, x + 1, ... from a row of UpsampleVertically.
   HWY_INLINE VF operator()(const float* vertical, int x) const {
     const DF d;
     const int phase = x % kPyramidFactor;

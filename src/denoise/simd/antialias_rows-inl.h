@@ -67,8 +67,8 @@ inline const float* RatioRow(const AntialiasInput& in, int y, float* row) {
 
 /// Values from the 3x3 neighbours of a vector of pixels.
 struct Neighbourhood {
-  Ranges range;  ///< of the light of the picture if ClampsLight, else of the picture
-  VF mx, my;     ///< motion of the nearest surface in front of the centre's, or the centre's own
+  Ranges range;  ///< of the demodulated image if ClampsLight, else of the image
+  VF mx, my;     ///< motion of the nearest surface in front of the centre, else that of the centre
   VF longest;    ///< largest history length; 0 if unknown
 };
 
@@ -87,7 +87,7 @@ HWY_INLINE bool IsStillRow(const Image2& motion, int y) {
   return still;
 }
 
-/// The rows around the pixels of row y, from the one above; clamped at the picture's edge.
+/// The three rows around row y, from top to bottom; clamped at the image edge.
 struct RowsAround {
   const float* colour[3][3];
   TextureRows texture;
@@ -95,10 +95,10 @@ struct RowsAround {
   const float* inverse_depth[3];
   const float* motion[3][2];
   const float* gradient[2];  ///< of row y only
-  const float* ratio;        ///< ... by which the previous picture is multiplied; nullptr: 1
+  const float* ratio;        ///< factor of the previous image; nullptr: 1
 };
 
-/// \param colour_row  returns a row of the picture for a channel
+/// \param colour_row  returns a row of the image for a channel
 template <class ColourRow>
 RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const Image1* length,
                           int y, const ColourRow& colour_row) {
@@ -121,9 +121,9 @@ RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const
   return rows;
 }
 
-/// \tparam kStill  none of the neighbours moves, whichever is nearest
-/// \tparam kInner  neighbours exist in all columns, so that plain loads suffice; else the picture's
-/// edge is repeated
+/// \tparam kStill  all neighbours have zero motion
+/// \tparam kInner  neighbours exist in all columns, so that plain loads suffice; else the image
+///     edge is repeated
 template <bool kStill, bool kInner>
 HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int width, int height) {
   const DF d;
@@ -180,11 +180,11 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
   return n;
 }
 
-/// Destination of a row of the picture.
+/// Destination of a row of the image.
 struct OutRow {
   float* row[3];
   float* copy[3];    ///< nullptr: none
-  float* albedo[3];  ///< likewise
+  float* albedo[3];  ///< nullptr: none
 };
 
 inline OutRow OutRowOf(const AntialiasInput& in, int y, Image3* out) {
@@ -307,7 +307,7 @@ class StillRows {
     still_[1] = IsStillRow(motion, std::max(y - 1, 0));
     still_[2] = IsStillRow(motion, y);
   }
-  /// The rows around row y, which increases by one at every call.
+  /// Whether motion is zero in the rows around row y, which increases by one at every call.
   bool Around(int y) {
     still_[0] = still_[1];
     still_[1] = still_[2];

@@ -20,7 +20,8 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Whether any signal has light at the pixels x, x + 1, ... of a row, which may lie in the border.
+/// Whether any signal has samples at the pixels x, x + 1, ... of a row, which may lie in the
+/// border.
 HWY_INLINE bool AnyPresent(const AtrousPass& pass, int y, int x) {
   const DF d;
   VF valid = hn::Zero(d);
@@ -34,7 +35,7 @@ struct GeometrySums {
   VF luminance, red, variance, weight;
 };
 
-/// Pixels without light may hold any value, even NaN.
+/// Adds one tap of a signal. Pixels without samples may hold any value, even NaN.
 HWY_INLINE void AddGeometryTap(const SignalRow& s, ptrdiff_t q, VF weight, GeometrySums* sums) {
   const DF d;
   const MF there = hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d));
@@ -60,8 +61,8 @@ HWY_INLINE GeometrySums SumGeometryTaps(const TapPairs& taps, float centre_kerne
   return sums;
 }
 
-/// Sums of a dense signal: it has light on every surface (kComplete), or every plane is zero where
-/// it has none.
+/// Sums of a dense signal: every surface has samples (kComplete), or every plane is zero where
+/// there are none.
 template <int kPairs, bool kComplete, bool kRed>
 HWY_INLINE GeometrySums SumDenseTaps(const TapPairs& taps, float centre_kernel,
                                      const SignalRow& row, TapSlots weights, int x) {
@@ -88,7 +89,7 @@ HWY_INLINE GeometrySums SumDenseTaps(const TapPairs& taps, float centre_kernel,
   return sums;
 }
 
-/// What becomes of the means of a dense signal.
+/// Use of the means of a dense signal.
 enum class Means { kStored, kLuminanceAlone, kMixedPilot };
 
 /// Filters a row of one dense signal.
@@ -143,14 +144,14 @@ void FilterDenseRow(const AtrousPass& pass, const AtrousSignal& signal, int y, T
   }
 }
 
-/// Whether no signal needs tests of where it has light: all are dense.
+/// Whether all signals are dense, so that no pixel has to be tested for samples.
 inline bool IsDense(const AtrousPass& pass) {
   return std::all_of(pass.signals.begin(), pass.signals.end(),
                      [](const AtrousSignal& s) { return s.all_valid || s.zero_where_absent; });
 }
 
-/// Filters one row of all signals with the geometry-only weights, which they share, where there is
-/// light (and beside it, in the same vector). \tparam kNormals  not with Depths::kPosition
+/// Filters one row of all signals with the shared geometry-only weights, in vectors with a sample.
+/// \tparam kNormals  not with Depths::kPosition
 template <Normals kNormals, Depths kDepths>
 void FilterRowByGeometry(const AtrousPass& pass, int y) {
   const DF d;
@@ -166,7 +167,7 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
     rows[i] = RowOf(pass.signals[i], y);
     outputs[i] = OutputOf(pass.signals[i], y);
   }
-  // If samples are rare, their data has not been fetched by other pixels.
+  // If samples are rare, neighbouring pixels have not loaded their data into the cache.
   const bool sparse = IsSparseRow(rows[0].valid, width);
   const NextGuides next_guides = NextGuidesOf(pass, sparse, y);
   NextSignal next[kMostSignals];
@@ -224,8 +225,8 @@ void FilterRowByGeometry(const AtrousPass& pass, int y) {
   }
 }
 
-/// Filters one row of all signals with the geometry-only weights, if all are dense: the weights
-/// first, then signal by signal.
+/// Filters one row of all signals with the geometry-only weights, if all are dense: computes the
+/// weights first, then filters signal by signal.
 template <int kPairs>
 void FilterDenseRows(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);

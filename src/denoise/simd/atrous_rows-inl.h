@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A row of a level of the wavelet: its planes, and the weights of the guides for all its taps.
+// A row of a wavelet level: its planes, and the geometry weights of all its taps.
 #if defined(STILLRAY_DENOISE_SIMD_ATROUS_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_ATROUS_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_ATROUS_ROWS_INL_H_
@@ -49,7 +49,7 @@ struct SignalRow {
   const float* red;
   const float* blue;
   const float* variance;
-  const float* pilot;  ///< what weights compare: the luminance, unless a pilot is given
+  const float* pilot;  ///< the luminance that weights compare: the pilot if given, else `luminance`
   const float* luminance_factor;
   const float* valid;
   float eaw_l;  ///< log2(e) / sigma^2
@@ -82,8 +82,7 @@ inline OutputRow OutputOf(const AtrousSignal& s, int y) {
 using NextGuides = NextRow<2 + 5 * 4>;
 using NextSignal = NextRow<6 + 5 * 6>;
 
-/// The guides that the next row reads and this one does not; or, with `all_taps`, all that it
-/// reads.
+/// The guides that the next row reads for the first time; with `all_taps`, all that it reads.
 inline NextGuides NextGuidesOf(const AtrousPass& pass, bool all_taps, int y) {
   const AtrousLevel& level = *pass.level;
   const GuidePlanes& g = *pass.guides;
@@ -138,37 +137,37 @@ inline NextSignal NextSignalOf(const AtrousPass& pass, const AtrousSignal& signa
   return next;
 }
 
-/// The weight where there is light, else 0.
+/// The weight where there are samples, else 0.
 HWY_INLINE VF WherePresent(const SignalRow& s, ptrdiff_t q, VF weight) {
   const DF d;
   return hn::IfThenElseZero(hn::Gt(hn::LoadU(d, s.valid + q), hn::Zero(d)), weight);
 }
 
-/// Whether the exponents of specular light differ from those of other light at some of the pixels
-/// x, x + 1, ... of a row.
+/// Whether the normal exponents of specular light differ from those of other signals at some of the
+/// pixels x, x + 1, ... of a row.
 HWY_INLINE bool IsRaised(const EdgeStopping& edges, const GuideRow& guide, int x) {
   const DF d;
-  // CurvedSigmaN without a bound is below kLeastReflectedSigmaN from this squared turn on.
+  // From this squared turn on, CurvedSigmaN without its bound is below kLeastReflectedSigmaN.
   const float turn2 =
       (edges.sigma_n / kLeastReflectedSigmaN - 1) / (edges.curvature * edges.sigma_n);
   return !hn::AllFalse(d, hn::Gt(hn::LoadU(d, guide.turn2 + x), hn::Set(d, turn2)));
 }
 
-/// What ExponentsOfRow computes from the guides.
+/// The output of ExponentsOfRow.
 enum class OfGuides {
   kExponents,
-  kReflected,  ///< those of specular light, where they differ from the exponents that are there
-  kWeights,    ///< of a level with geometry-only weights, where ids do not matter
+  kReflected,  ///< exponents of specular light, stored only where they differ from kExponents
+  kWeights,    ///< weights of a level with geometry-only weights, which ignores ids
 };
 
 /// Computes the exponents of the guides for all taps of a row.
-/// \tparam kNormals  not with Depths::kPosition, whose exponents choose it themselves
+/// \tparam kNormals  ignored with Depths::kPosition, which selects it at run time
 template <int kPairs, Normals kNormals, Depths kDepths, bool kTestId, OfGuides kWhat>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   constexpr bool kWeights = kWhat == OfGuides::kWeights;
   constexpr bool kByPosition = kDepths == Depths::kPosition;
   const DF d;
-  // Copies, so that compilers need not reload them after stores.
+  // Local copies, so that compilers need not reload them after stores.
   const EdgeStopping edges = pass.parameters->edges;
   const TapPairs taps = WithBias(pass.taps, edges, kByPosition ? NormalsOf(edges) : kNormals);
   const GuideRow guide = GuideRowOf<kDepths>(*pass.guides, pass.normals, edges, y);
@@ -199,7 +198,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   }
 }
 
-/// Template arguments rather than branches in the innermost loop.
+/// Selects the template arguments, which replace branches in the innermost loop.
 template <int kPairs, OfGuides kWhat>
 void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   const AtrousParameters& p = *pass.parameters;
@@ -228,7 +227,7 @@ void ExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   }
 }
 
-/// Those of specular light, where they differ: on curved surfaces.
+/// The exponents of specular light where they differ, i.e. on curved surfaces.
 template <int kPairs>
 void ReflectedExponentsOfRow(const AtrousPass& pass, int y, TapSlots to) {
   constexpr OfGuides kWhat = OfGuides::kReflected;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// taa_clamp=light of antialias: the light of the previous picture is clamped by that of the
-// picture, and its albedo by the albedo.
+// taa_clamp=light of antialias: the demodulated previous image is clamped to the range of the
+// demodulated current image, and its albedo to the range of the albedo.
 #if defined(STILLRAY_DENOISE_SIMD_CLAMP_LIGHT_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_CLAMP_LIGHT_INL_H_
 #undef STILLRAY_DENOISE_SIMD_CLAMP_LIGHT_INL_H_
@@ -22,22 +22,22 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The rows around row y that the clamp reads; clamped at the picture's edge.
+/// The rows around row y that the clamp reads; clamped at the image edge.
 struct TextureRows {
-  const float* albedo[3][3];  ///< nullptr: the picture is clamped, not its light
-  const float* light[3][3];   ///< LightOfPicture
+  const float* albedo[3][3];                          ///< nullptr: the image itself is clamped
+  const float* light[3][3];                           ///< LightOfPicture
   const float* inverse_depth[2 * kTextureClear + 1];  ///< from the one kTextureClear above
   const float* gradient[2];                           ///< of row y only
   const float* low[3];  ///< the range of the albedo, per pixel of row y
   const float* high[3];
 };
 
-/// Whether the light of the previous picture is clamped.
+/// Whether the previous image is clamped in demodulated form.
 inline bool ClampsLight(const AntialiasInput& in) {
   return in.texture != nullptr && in.texture->before != nullptr;
 }
 
-/// Divides a row of the picture by the albedo.
+/// Divides a row of the image by the albedo.
 inline void LightRow(const float* picture, const float* albedo, int width, float* light) {
   const DF d;
   const VF floor = hn::Set(d, kTextureFloor);
@@ -47,7 +47,7 @@ inline void LightRow(const float* picture, const float* albedo, int width, float
   }
 }
 
-/// The rows of light and albedo of a band, while its rows are processed from above.
+/// The demodulated rows and albedo rows of a band, which is processed from top to bottom.
 class TextureBand {
  public:
   static constexpr int kRows = 15;  ///< of the scratch memory
@@ -56,7 +56,8 @@ class TextureBand {
   TextureBand(const AntialiasInput& in, const RowScratch& scratch, int first)
       : in_(in), scratch_(scratch), first_(first) {}
 
-  /// Call it for each row of the picture before it is around a row that is processed.
+  /// Must be called for each row of the image before a row whose neighbourhood contains it is
+  /// processed.
   void AddRow(int y, const float* const picture[3]) {
     for (int c = 0; c < 3; ++c) {
       LightRow(picture[c], in_.texture->albedo.sum[c].Row(y), in_.previous.width(), Light(c, y));
@@ -165,7 +166,8 @@ struct Ranges {
   VF high[3];
 };
 
-/// Of 3x3 pixels. \param rows  [row][channel]
+/// The ranges over 3x3 pixels.
+/// \param rows  [row][channel]
 template <bool kInner>
 HWY_INLINE Ranges RangesAround(const float* const (&rows)[3][3], int x, int width) {
   const DF d;
@@ -186,7 +188,8 @@ HWY_INLINE Ranges RangesAround(const float* const (&rows)[3][3], int x, int widt
   return range;
 }
 
-/// WasBesideSurface of a vector of pixels. \param load  takes the offset from them
+/// WasBesideSurface for a vector of pixels.
+/// \param load  takes the offset from the pixels
 template <typename Load>
 HWY_INLINE MF WereBesideSurface(const Load& load) {
   const DF d;
@@ -201,7 +204,7 @@ HWY_INLINE MF WereBesideSurface(const Load& load) {
   return hn::Gt(most, hn::Mul(hn::Set(d, kTextureStep), here));
 }
 
-/// The same of the pixels of the last frame that are nearest to places.
+/// WereBesideSurface for the pixels of the last frame that are nearest to the positions `at`.
 HWY_INLINE MF WereBesideSurface(const Image1& inverse_depth, const PreviousPixels& at) {
   const DF d;
   const DI di;
@@ -229,7 +232,7 @@ HWY_INLINE MF WereBesideSurface(const Image1& inverse_depth, const PreviousPixel
   });
 }
 
-/// Clamps the previous albedo to what may be this surface's.
+/// Clamps the previous albedo to the range of values that this surface may have.
 /// \param around  the range of the albedo
 template <bool kInner>
 HWY_INLINE void ClampAlbedo(const TextureRows& rows, const AntialiasInput& in, const Ranges& around,
@@ -250,8 +253,9 @@ HWY_INLINE void ClampAlbedo(const TextureRows& rows, const AntialiasInput& in, c
   }
 }
 
-/// Clamps the light of the previous picture by the previous albedo.
-/// \param light, picture, albedos  ranges of 3x3 pixels of this frame
+/// Clamps the demodulated previous image and multiplies it by the previous albedo.
+/// \param light, picture, albedos  ranges over 3x3 pixels of this frame: demodulated image, image,
+///     albedo
 HWY_INLINE void ClampLight(const Ranges& light, const Ranges& picture, const Ranges& albedos,
                            const VF albedo[3], VF before[3]) {
   const DF d;

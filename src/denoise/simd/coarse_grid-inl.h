@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The coarse grid of limit_history and restore_energy: blocks of 2x2 pixels, each with the surface
-// of its nearest pixel.
+// The coarse grid of limit_history and restore_energy: blocks of 2x2 pixels, each represented by
+// the surface of its pixel nearest to the camera.
 #if defined(STILLRAY_DENOISE_SIMD_COARSE_GRID_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_COARSE_GRID_INL_H_
 #undef STILLRAY_DENOISE_SIMD_COARSE_GRID_INL_H_
@@ -22,7 +22,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The same plane at the even and odd pixels of two rows.
+/// The values of one plane at the even and odd pixels of two rows.
 struct BlockValues {
   VF pixel[4];
 };
@@ -90,8 +90,8 @@ HWY_INLINE VF ComparedWeight(VF cosine, VF expected, VF found, VF own) {
   return Exp2(hn::Max(exponent, hn::Set(d, -120.0f)));
 }
 
-/// Finds the nearest pixels of a row of blocks, stores their surfaces, and the weights of the
-/// blocks' pixels in four rows of the scratch memory.
+/// Finds the nearest pixel of each block of a row, and stores its surface; stores the weights of
+/// the blocks' pixels in four rows of the scratch memory.
 inline void CoarseRow(const GuidePlanes& g, int by, const RowScratch& scratch, int weight_row,
                       GuidePlanes* coarse) {
   const DF d;
@@ -162,7 +162,7 @@ struct BlocksBeside {
 };
 
 /// The weights of the four blocks around each pixel of a row, in eight rows of the scratch memory:
-/// of the even pixels, then of the odd ones.
+/// first those of the even pixels, then those of the odd ones.
 inline void WeighBlocks(const GuidePlanes& coarse, const GuidePlanes& guides, int y,
                         const RowScratch& scratch, int weight_row) {
   const DF d;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The confidence in the light of the last frame, for vectors of pixels (reproject_shared.h).
+// The confidence in the last frame's radiance, for vectors of pixels (reproject_shared.h).
 
 #if defined(STILLRAY_DENOISE_SIMD_CONFIDENCE_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_CONFIDENCE_INL_H_

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// SIMD versions of the weights in stages/edge_stopping_shared.h, under the same names; exponents
-// here are of base 2.
+// SIMD versions of the weights in stages/edge_stopping_shared.h, with equal names. Exponents are of
+// base 2 here.
 #if defined(STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
 #undef STILLRAY_DENOISE_SIMD_EDGE_STOPPING_INL_H_
@@ -31,8 +31,8 @@ struct GuideCentre {
   VF sigma_n;  ///< log2(e) CurvedSigmaN (Normals::kCurved)
 };
 
-/// The depth weight (DepthWeight) as a template argument: a branch in the innermost loop costs as
-/// much as a formula.
+/// The depth weight as a template argument: a branch in the innermost loop costs as much as a
+/// formula.
 enum class Depths {
   kGradient,
   kPlane,
@@ -43,8 +43,8 @@ enum class Depths {
 /// How the normal weight is computed.
 enum class Normals {
   kLogarithm,  ///< one exponent for all surfaces
-  kCubic,      ///< the same, with the logarithm to third order: not chosen by NormalsOf
-  kParabola,   ///< ... to second order
+  kCubic,      ///< one exponent, logarithm to third order; not chosen by NormalsOf
+  kParabola,   ///< one exponent, logarithm to second order
   kCurved,     ///< CurvedSigmaN
 };
 
@@ -58,8 +58,8 @@ HWY_INLINE Normals NormalsOf(const EdgeStopping& edges) {
 }
 
 /// From this exponent on, a cubic replaces the logarithm, which needs a division, where every
-/// neighbour has light (weights differ by 2.9e-4 at 16). Among few neighbours, whose weights are
-/// all small, their ratios count, and differ by more.
+/// neighbour has samples (weights differ by 2.9e-4 at 16). With few neighbours all weights may be
+/// small; then their ratios count, which differ by more.
 constexpr float kCubicFromSigmaN = 16;
 HWY_INLINE Normals DenseNormalsOf(const EdgeStopping& edges) {
   const Normals normals = NormalsOf(edges);
@@ -81,7 +81,7 @@ struct GuideRow {
   const float* gx;
   const float* gy;
   const uint32_t* id;
-  const float* turn2;  ///< nullptr: the normal weight does not depend on it
+  const float* turn2;  ///< nullptr: the normal weight ignores the turn
 };
 
 /// \param normals  of this row

@@ -21,7 +21,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Mean of the taps chosen by the search, for one pixel; with `light_only`, of those with light.
+/// Mean of the taps chosen by the search, for one pixel; with `light_only`, of those with samples.
 inline float FetchSearched(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
                            bool light_only, int x, int y) {
   const uint32_t search = taps.search(x, y);
@@ -38,7 +38,7 @@ inline float FetchSearched(const Image1& plane, const Image1& length, const Repr
   return count > 0 ? sum / static_cast<float>(count) : 0.0f;
 }
 
-/// Removes the taps without light, and rescales the other weights to the same sum.
+/// Removes the taps without samples, and rescales the other weights so that their sum is unchanged.
 HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kept[4]) {
   const DF d;
   const VF zero = hn::Zero(d);
@@ -60,7 +60,7 @@ HWY_INLINE void KeepTapsWithLight(const VF length[4], const VF weight[4], VF kep
 /// Memory layout of the taps of a vector of pixels.
 enum class TapKind {
   kSingle,    ///< one tap each, contiguous
-  kBlock2x2,  ///< 2x2 taps each, contiguous and all inside the picture
+  kBlock2x2,  ///< 2x2 taps each, contiguous and all inside the image
   kAnywhere,
 };
 
@@ -71,13 +71,13 @@ struct FetchTaps {
   VI at_x[4];       ///< pixels of the taps, for kAnywhere
   VI at_y[4];
   VF weight[4];
-  VF kept[4];     ///< weights without the taps that have no light
+  VF kept[4];     ///< weights, 0 for taps without samples
   bool searched;  ///< some pixels take the mean of the taps chosen by the search (kAnywhere)
   const ReprojectionTaps* taps;
   int x, y;
 };
 
-/// Drops the light of pixels whose confidence is 0.
+/// Sets the weights of pixels with confidence 0 to zero.
 HWY_INLINE void DropLight(VF confidence, FetchTaps* t) {
   const MF holds = hn::Gt(confidence, hn::Zero(DF()));
   const int count = t->kind == TapKind::kSingle ? 1 : 4;
@@ -105,7 +105,7 @@ HWY_INLINE int RowOfTaps(const ReprojectionTaps& taps, int x, int y) {
 template <size_t kMost>
 HWY_INLINE void AddTaps(const ReprojectionTaps& taps, int y, NextRow<kMost>* next) {
   next->Add(taps.weight, y);
-  // For a row with few such vectors, waiting for them costs less than the prefetches.
+  // For a row with few scattered vectors, waiting for the loads costs less than the prefetches.
   if (y < taps.x.height() && taps.scattered[static_cast<size_t>(y)] > taps.blocks_per_row / 4) {
     next->Add(taps.x, y);
     next->Add(taps.y, y);
@@ -216,7 +216,7 @@ HWY_INLINE FetchTaps ScatteredTaps(const SignalHistory& before, const Reprojecti
 }
 
 /// One plane of the history `before` at a vector of pixels.
-/// \tparam kLightOnly  taps without light have no weight
+/// \tparam kLightOnly  taps without samples have weight 0
 template <TapKind kKind, bool kLightOnly>
 HWY_INLINE VF FetchPlane(const Image1& plane, const SignalHistory& before, const FetchTaps& t) {
   const DF d;
@@ -252,7 +252,7 @@ struct HistoryConfidence<true> {
   VF confidence;
 };
 
-/// The history `before` at a vector of pixels. Taps without light contribute to the length alone.
+/// The history `before` at a vector of pixels. Taps without samples contribute only to the length.
 /// \tparam kWithConfidence  the frame has a confidence
 template <TapKind kKind, bool kWithConfidence>
 struct HistoryAt : HistoryConfidence<kWithConfidence> {
@@ -301,8 +301,8 @@ HWY_INLINE void UseHistory(const SignalHistory& before, const ReprojectionTaps& 
 /// registers.
 ///
 /// \param use  always inlined
-/// \tparam kWithConfidence  whether taps.confidence is given: not decided here, since the calls for
-///                          both in one function slow each other down
+/// \tparam kWithConfidence  whether taps.confidence is given; a template argument, since code for
+///     both cases in one function is slower
 template <bool kWithConfidence, typename Use>
 HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps& taps, int x, int y,
                             const Use& use) {
@@ -323,8 +323,8 @@ HWY_INLINE void WithHistory(const SignalHistory& before, const ReprojectionTaps&
   }
 }
 
-/// Prefetches the taps of a scattered vector some vectors ahead: in rows with few scattered vectors
-/// no other prefetch is in time.
+/// Prefetches the taps of a scattered vector some vectors ahead: in rows with few scattered
+/// vectors, no other prefetch is early enough.
 HWY_INLINE void FetchScattered(const ReprojectionTaps& taps, int x, int y) {
   constexpr int kAhead = 6;  // vectors
   const int ahead = x + kAhead * LaneCount();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Weights of the guides for the taps of a neighbourhood, as exponents of 2.
+// Geometry weights of the taps of a neighbourhood, as exponents of 2.
 #if defined(STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_GUIDE_EXPONENTS_INL_H_
@@ -28,7 +28,7 @@ HWY_INLINE VF NearParabola(VF cosine, VF bias, float sigma_n) {
 }
 constexpr float kParabolaAtZero = -1.5f * kLog2E;
 
-/// The same to third order.
+/// sigma_n log2(cosine), to third order.
 HWY_INLINE VF NearCubic(VF cosine, VF bias, float sigma_n) {
   const DF d;
   const float k = sigma_n * kLog2E;
@@ -44,7 +44,7 @@ HWY_INLINE VF LogCosine(VF cosine) {
 }
 
 /// Exponent of the normal weight at one tap, plus the bias.
-/// \param q  of the tap in the rows of normals
+/// \param q  index of the tap in the rows of normals
 template <Normals kNormals>
 HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_t q, VF bias,
                                float sigma_n) {
@@ -66,9 +66,9 @@ HWY_INLINE VF NormalExponentAt(const GuideRow& g, const GuideCentre& c, ptrdiff_
   return exponent;
 }
 
-/// Exponent of the guides' weights at one tap; `expected` is the depth of the centre's surface at
+/// Exponent of the geometry weights at one tap; `expected` is the depth of the centre's plane at
 /// the tap.
-/// \param normal_q  of the tap in the rows of normals
+/// \param normal_q  index of the tap in the rows of normals
 template <Normals kNormals>
 HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q,
                             ptrdiff_t normal_q, VF expected, VF depth_scale, VF bias,
@@ -79,14 +79,14 @@ HWY_INLINE VF GuideExponent(const GuideRow& g, const GuideCentre& c, ptrdiff_t q
   return hn::NegMulAdd(deviation, depth_scale, exponent);
 }
 
-/// Exponents, with kWeightBias, (or weights) of all taps of one vector of pixels, in the order of
-/// the pairs.
+/// Exponents (including kWeightBias) or weights of all taps of one vector of pixels, in the order
+/// of the pairs.
 using TapVectors = float[2 * TapPairs::kMost][hn::MaxLanes(DF())];
 
 /// Destination of the exponents.
 struct TapSlots {
   float* first;
-  ptrdiff_t stride;  ///< from tap to tap
+  ptrdiff_t stride;  ///< between taps
 };
 
 HWY_INLINE TapSlots SlotsOf(TapVectors& taps) {
@@ -94,7 +94,7 @@ HWY_INLINE TapSlots SlotsOf(TapVectors& taps) {
 }
 
 /// Calls `body` with the number of each pair.
-/// \tparam kPairs  number of pairs; few are unrolled. 0: as in `taps`
+/// \tparam kPairs  number of pairs; small numbers are unrolled. 0: `taps.count`
 template <int kPairs, typename Body>
 HWY_INLINE void ForEachPair(const TapPairs& taps, const Body& body) {
   if constexpr (kPairs > 0 && kPairs <= 4) {
@@ -123,10 +123,10 @@ HWY_INLINE TapPairs WithBias(TapPairs taps, const EdgeStopping& edges, Normals n
   return taps;
 }
 
-/// Exponents of the guides' weights at the taps of the pixels x, x + 1, ..., shared by all signals.
-/// This is a separate pass because the dependency chain from the guides to the sums exceeds the
-/// reorder window of cores.
-/// \tparam kWeights  stores weights in place of their exponents
+/// Exponents of the geometry weights at the taps of the pixels x, x + 1, ..., shared by all
+/// signals. This is a separate pass because the dependency chain from the guides to the sums
+/// exceeds the reorder window of cores.
+/// \tparam kWeights  stores weights instead of exponents
 /// \param taps  made by WithBias
 template <Normals kNormals, Depths kDepths = Depths::kEither, int kPairs = 0, bool kWeights = false>
 HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
@@ -174,7 +174,7 @@ HWY_INLINE void GuideExponents(const TapPairs& taps, const EdgeStopping& edges, 
       });
 }
 
-/// The same with the distances of positions.
+/// GuideExponents with the position weight in place of the depth weight.
 template <Normals kNormals>
 HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
                                   const GuideRow& guide, const GuideCentre& c, int x, int y,
@@ -202,7 +202,7 @@ HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edge
   }
 }
 
-/// The same, with the kind of the normal weight that `edges` selects.
+/// PositionExponents with the kind of normal weight that `edges` selects.
 HWY_INLINE void PositionExponents(const TapPairs& taps, const EdgeStopping& edges, bool test_id,
                                   const GuideRow& guide, const GuideCentre& c, int x, int y,
                                   TapSlots to) {

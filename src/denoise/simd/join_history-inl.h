@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Accumulates new light of vectors of pixels in their history, in other planes or in place.
+// Blends the new samples of vectors of pixels into their history, in separate planes or in place.
 #if defined(STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_
 #undef STILLRAY_DENOISE_SIMD_JOIN_HISTORY_INL_H_
@@ -55,10 +55,10 @@ inline SlotRows RowsOf(SignalHistory* history, int y) {
   return rows;
 }
 
-/// Blends the new light with the history of the pixels x, x + 1, ... of row y.
-/// \param old_of  returns the previous values of a plane; Length() those of the length
+/// Blends the new samples with the history of the pixels x, x + 1, ... of row y.
+/// \param old_of  returns the previous values of a plane; its Length() those of the history length
 /// \param store   receives a slot and a vector of its values
-/// \tparam kLimited  with Joining::limits
+/// \tparam kLimited  whether Joining::limits is given
 template <bool kLimited, typename OldOf, typename Store>
 HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                         const OldOf& old_of, const Store& store) {
@@ -132,12 +132,12 @@ HWY_INLINE void JoinOld(const Joining& j, const LightRow& light, bool nothing_ne
   store(kLengthSlot, hn::IfThenElse(arrived, hn::Add(length, n), old_length));
 }
 
-/// Whether the joining fetches its history under a confidence.
+/// Whether the history is fetched with a confidence.
 inline bool HasConfidence(const Joining& j) {
   return j.taps != nullptr && j.taps->confidence != nullptr;
 }
 
-/// A history at the pixels themselves.
+/// The history at the pixel itself, without reprojection.
 struct OwnHistory : HistoryConfidence<false> {
   const SignalHistory& before;
   int x, y;
@@ -146,7 +146,7 @@ struct OwnHistory : HistoryConfidence<false> {
   HWY_INLINE VF Length() const { return (*this)(before.length); }
 };
 
-/// \tparam kWithConfidence  with ReprojectionTaps::confidence
+/// \tparam kWithConfidence  whether ReprojectionTaps::confidence is given
 template <bool kLimited, bool kWithConfidence, typename Store>
 HWY_INLINE void JoinVector(const Joining& j, const LightRow& light, bool nothing_new, int x, int y,
                            const Store& store) {

@@ -15,10 +15,10 @@ struct Joining {
   const ReprojectionTaps* taps;
   const HistoryLimits& limits;
   const AccumulateParameters& p;
-  float compressed_scale;  ///< of the new history; 0: it has no compressed luminances
+  float compressed_scale;  ///< of the new history; 0: no compressed luminances are stored
 };
 
-/// One row of new light.
+/// One row of this frame's samples.
 struct LightRow {
   const float* colour[3];
   const float* samples;

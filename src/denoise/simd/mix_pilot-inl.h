@@ -20,7 +20,7 @@ struct PilotValue {
   VF luminance, variance;
 };
 
-/// \param full  length up to which the pilot is the mean alone
+/// \param full  history length up to which the pilot is the mean alone
 HWY_INLINE PilotValue MixedPilot(PilotValue own, PilotValue mean, VF length, float full) {
   const DF d;
   const VF counted = hn::Max(length, hn::Set(d, 1e-6f));

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Prefetches the next row of many planes while the present row is processed. Stages read more
-/// planes than hardware prefetchers follow; without this they mostly wait for memory (three signals
-/// of the wavelet took two to three times as long).
+/// planes than hardware prefetchers can track; without these prefetches they mostly wait for memory
+/// (the wavelet of three signals took two to three times as long).
 #pragma once
 
 #include <cstddef>
@@ -31,7 +31,8 @@ class NextRow {
     }
   }
 
-  /// Call it for every vector of the present row. \param x  its first pixel
+  /// Must be called for every vector of the present row.
+  /// \param x  first pixel of the vector
   void Fetch(int x) const {
     for (size_t i = 0; i < count_; ++i) {
       __builtin_prefetch(rows_[i] + static_cast<ptrdiff_t>(x) * kBytes, 0, 2);

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Rows of unpacked normals. A neighbourhood reads every normal up to 49 times: unpacking each row
-/// once, into rows that stay in the cache, costs 1 to 5 % of the wavelet's time, and unpacking at
-/// every tap half as much again. The loop over the taps is the same for plain and packed normals.
+/// once, into rows that stay in the cache, costs 1 to 5 % of the wavelet's time; unpacking at every
+/// tap would cost 50 %. Plain and packed normals share the loop over the taps.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace stillray {
 
-/// Normals of a row of pixels; those of other rows are a fixed distance away.
+/// Normals of a row of pixels; the distance to other rows is constant.
 struct NormalRows {
   const float* x;
   const float* y;
@@ -32,13 +32,14 @@ inline NormalRows NormalRowsOf(const GuidePlanes& guides, int y) {
 /// The unpacked rows around one row, `step` apart. At most one object may exist per thread.
 class NormalWindow {
  public:
-  /// Distance of rows of normals that are `step` rows apart in the picture, for MakeTapPairs.
+  /// Distance in memory of the normals of rows that are `step` apart in the image, for
+  /// MakeTapPairs.
   static ptrdiff_t RowDistance(const GuidePlanes& guides, int step, int radius) {
     return guides.packs_normals() ? Storage::StrideOf(guides.id.width(), step * radius)
                                   : guides.inverse_depth.stride() * step;
   }
 
-  /// \param radius  rows above and below that are read, in steps; as many steps left and right
+  /// \param radius  rows read above and below, and columns left and right, in steps
   NormalWindow(const GuidePlanes& guides, int step, int radius)
       : guides_(guides),
         step_(step),

@@ -47,8 +47,8 @@ HWY_INLINE VU PackNormal(const VF n[3]) {
   return hn::IfThenElseZero(hn::RebindMask(du, given), packed);
 }
 
-/// In steps instead of fractions, which the length removes: whole numbers, without rounding up to
-/// the last division.
+/// Computes in quantization steps instead of fractions (normalisation removes the factor): values
+/// are integers, without rounding until the last division.
 HWY_INLINE void UnpackNormal(VU packed, VF n[3]) {
   const DF d;
   const DI di;
@@ -84,8 +84,8 @@ inline void UnpackNormals(const uint32_t* packed, int begin, int end, const Norm
   }
 }
 
-/// The normals of row y, and of those around it that a neighbourhood reads: in the planes, or, if
-/// these are packed, in the window.
+/// The normals of row y and of the rows around it that a neighbourhood reads: in the planes, or in
+/// the window if the normals are packed.
 inline NormalRows NormalsAround(const GuidePlanes& guides, int y, NormalWindow* window) {
   return guides.packs_normals() ? window->MoveTo(y, UnpackNormals) : NormalRowsOf(guides, y);
 }

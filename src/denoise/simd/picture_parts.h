@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The rows that light or the picture is computed from, for prefetching.
+/// The input rows of demodulate and remodulate, for prefetching.
 #pragma once
 
 #include "denoise/simd/next_row.h"

@@ -23,7 +23,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// The three rows around the one whose slope is computed, and that slope, in the cache.
+/// Work memory in the cache: three rows of guides, and the slope of the middle one.
 class KeptRows {
  public:
   explicit KeptRows(int width) : width_(width), rows_(width, 3 * kPlanes + 2) {}
@@ -31,14 +31,14 @@ class KeptRows {
   float* normal(int c, int y) const { return rows_.Row(First(y) + 1 + c); }
   uint32_t* id(int y) const { return rows_.Row<uint32_t>(First(y) + 4); }
   float* gradient(int c) const { return rows_.Row(3 * kPlanes + c); }
-  /// Clears the pixels left and right of the picture: there is no surface.
+  /// Clears the pixels left and right of the image: no surface.
   void EmptyEnds(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       float* row = rows_.Row(First(y) + i);
       row[-1] = row[width_] = 0;
     }
   }
-  /// Clears a row above or below the picture: there is no surface.
+  /// Clears a row above or below the image: no surface.
   void Empty(int y) const {
     for (int i = 0; i < kPlanes; ++i) {
       std::fill_n(rows_.Row(First(y) + i) - 1, width_ + 2, 0.0f);
@@ -52,7 +52,7 @@ class KeptRows {
   RowScratch rows_;
 };
 
-/// Sets the flag of a block that is all surface, after its last vector.
+/// Updates the flag of a block (1: every pixel is a surface); final after its last vector.
 HWY_INLINE void MarkFull(MF surface, int x, uint32_t* row) {
   static_assert(kBlockPixels % hn::MaxLanes(DF()) == 0);
   uint32_t& block = row[x / kBlockPixels];
@@ -60,7 +60,7 @@ HWY_INLINE void MarkFull(MF surface, int x, uint32_t* row) {
   block = whole && (x % kBlockPixels == 0 || block != 0) ? 1 : 0;
 }
 
-/// Stores a row in `kept`, and with kWritten in `out`.
+/// Converts a row of guides; stores it in `kept`, and with kWritten in `out`.
 /// \return the number of pixels with bad guides
 template <bool kWritten>
 int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, GuidePlanes* out) {
@@ -93,7 +93,7 @@ int64_t ConvertRow(const PrepareGuidesInput& in, int y, const KeptRows& kept, Gu
     for (VF& component : n) {
       component = hn::IfThenElseZero(surface, hn::Mul(component, scale));
     }
-    if (packs_normals) {  // all of the filter sees the rounded ones
+    if (packs_normals) {  // all stages use the rounded normals
       const VU packed = PackNormal(n);
       UnpackNormal(packed, n);
       for (int c = 0; c < 3; ++c) {
@@ -194,7 +194,7 @@ inline NextRow<32> NextRowOf(const PrepareGuidesInput& in, const GuidePlanes& ou
   return next;
 }
 
-/// \param fetch   prefetch the next row here
+/// \param fetch   whether this function prefetches the next row
 /// \param then    called as then(y, kept, next) after the guides of row y are computed
 /// \return the number of pixels with bad guides in the rows y0..y1
 template <typename Then>
@@ -202,7 +202,7 @@ int64_t PrepareRowsThen(const PrepareGuidesInput& in, bool fetch, int y0, int y1
                         const Then& then) {
   const int height = in.depth->height();
   const KeptRows kept(in.depth->width());
-  const auto beside = [&](int y) {  // another band writes and counts these
+  const auto beside = [&](int y) {  // another band writes and counts these rows
     y < 0 || y >= height ? kept.Empty(y) : static_cast<void>(ConvertRow<false>(in, y, kept, out));
   };
   beside(y0 - 1);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Images of the last frame at the places where pixels were: Catmull-Rom or B-spline over 4x4
-// pixels.
+// Images of the last frame, resampled at the previous positions of pixels: Catmull-Rom or B-spline
+// over 4x4 pixels.
 #if defined(STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_
@@ -18,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// Columns clamped to the picture: pixels outside repeat the edge.
+/// Columns clamped to the image: pixels outside repeat the edge.
 HWY_INLINE VI ClampColumns(VI x, int width) {
   const DI di;
   return hn::Min(hn::Max(x, hn::Zero(di)), hn::Set(di, width - 1));
@@ -49,7 +49,7 @@ HWY_INLINE void CubicSpline(VF t, VF w[4]) {
   w[2] = hn::Sub(hn::Set(d, 1.0f), hn::Add(w[0], hn::Add(w[1], w[3])));
 }
 
-/// Position of a vector of pixels in the previous picture: the pixel to the upper left, and the
+/// Position of a vector of pixels in the previous image: the pixel to the upper left, and the
 /// fractional offset.
 struct PreviousPlace {
   VI x, y;
@@ -85,7 +85,7 @@ HWY_INLINE void SampleTaps(bool spline, const PreviousPlace& place, const Load& 
   }
 }
 
-/// A value of a vector of pixels, which may lie beyond the picture, whose edge is repeated.
+/// Gathers one value per lane; positions outside the image repeat its edge.
 HWY_INLINE VF GatherClamped(const Image1& plane, VI x, VI y) {
   const DF d;
   const DI di;
@@ -101,14 +101,14 @@ struct PreviousImage {
   const Image3* spline;
 };
 
-/// Where a vector of pixels was in the last frame.
+/// Positions of a vector of pixels in the last frame.
 struct PreviousPixels {
   PreviousPlace place;
-  MF whole;          ///< at the centre of a pixel
-  SideBySide block;  ///< of the places
+  MF whole;          ///< the position is the centre of a pixel
+  SideBySide block;  ///< the taps, if they are contiguous
 };
 
-/// \param inside  other lanes are not read
+/// \param inside  the valid lanes; others are not read
 HWY_INLINE PreviousPixels FindPixels(VF px, VF py, MF inside) {
   const DF d;
   const DI di;
@@ -124,7 +124,7 @@ HWY_INLINE PreviousPixels FindPixels(VF px, VF py, MF inside) {
   return at;
 }
 
-/// SamplePrevious for taps that are not adjacent, or beyond the picture.
+/// SamplePrevious for taps that are not contiguous, or outside the image.
 HWY_NOINLINE inline void GatherPrevious(const PreviousImage& from, const PreviousPixels& at,
                                         VF before[3]) {
   const DI di;
@@ -149,7 +149,7 @@ HWY_INLINE void SamplePrevious(const PreviousImage& from, const PreviousPixels& 
     GatherPrevious(from, at, before);
     return;
   }
-  if (hn::AllTrue(d, at.whole)) {  // nothing moved
+  if (hn::AllTrue(d, at.whole)) {  // no fractional offset
     for (int c = 0; c < 3; ++c) {
       before[c] = hn::LoadU(d, from.image[c].Row(block.y) + block.x);
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rows of sparse frames: light of vectors without samples is not read.
+// Rows of sparse frames: radiance of vectors without samples is not read.
 #if defined(STILLRAY_DENOISE_SIMD_SPARSE_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_SPARSE_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_SPARSE_ROWS_INL_H_

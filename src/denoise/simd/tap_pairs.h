@@ -9,13 +9,13 @@
 
 namespace stillray {
 
-/// The tap at (dx, dy) pixels and that at (-dx, -dy).
+/// The taps at (dx, dy) and (-dx, -dy) pixels.
 struct TapPair {
   float dx;
   float dy;
   float log2_kernel;
-  ptrdiff_t distance;         ///< in the planes, of the first; the second is at -distance
-  ptrdiff_t normal_distance;  ///< likewise in the normals, which may be in rows of their own
+  ptrdiff_t distance;         ///< offset of the first tap in the planes; the second is at -distance
+  ptrdiff_t normal_distance;  ///< offset in the normals, which may be in separate rows
 };
 
 /// All taps but the centre.
@@ -27,11 +27,11 @@ struct TapPairs {
   int count = 0;
 };
 
-/// \param log2_kernel  of a row of taps: of the centre, of its neighbour, ...; the kernel is the
-///     outer product
-/// \param step         between taps, pixels
+/// \param log2_kernel  of one half of the separable kernel, from the centre outwards; the kernel is
+///     the outer product
+/// \param step         distance between taps, pixels
 /// \param stride       of the planes
-/// \param normal_rows  distance of rows of normals that are `step` apart: NormalWindow::RowDistance
+/// \param normal_rows  NormalWindow::RowDistance
 inline TapPairs MakeTapPairs(std::span<const float> log2_kernel, int step, ptrdiff_t stride,
                              ptrdiff_t normal_rows) {
   const int radius = static_cast<int>(log2_kernel.size()) - 1;

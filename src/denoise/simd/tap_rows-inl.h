@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Taps of a vector of pixels in another frame. Under smooth motion they are contiguous: loads then
-// replace gathers, which take several times as long.
+// Taps of a vector of pixels in another frame. Under smooth motion the taps are contiguous: loads
+// then replace gathers, which take several times as long.
 #if defined(STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_TAP_ROWS_INL_H_
@@ -19,7 +19,7 @@ HWY_BEFORE_NAMESPACE();
 namespace stillray {
 namespace HWY_NAMESPACE {
 
-/// A block of taps at the same offset from each of the pixels x, x + 1, ... of a vector.
+/// A block of taps with one common offset from the pixels x, x + 1, ... of a vector.
 struct SideBySide {
   bool found = false;
   int x = 0;  ///< of the first lane's first tap
@@ -45,8 +45,8 @@ HWY_INLINE SideBySide FindSideBySide(VI first_x, VI first_y, MF used) {
   return block;
 }
 
-/// Whether a block was found whose taps, and `before` and `after` more, all lie in the picture: no
-/// lane then needs clamping or tests.
+/// Whether a block was found whose taps, extended by `before` and `after` pixels, all lie in the
+/// image: no lane then needs clamping or tests.
 HWY_INLINE bool LiesInPicture(const SideBySide& block, int before, int after, int width,
                               int height) {
   return block.found && block.x >= before && block.x + LaneCount() - 1 + after < width &&
@@ -67,7 +67,7 @@ struct TapLoad {
   bool side_by_side;
   int row;  ///< of the first lane
   int column;
-  VI x;  ///< of every lane: must be pixels
+  VI x;  ///< per lane; must be inside the image
   VI y;
 
   template <class D, typename T>
@@ -80,10 +80,9 @@ struct TapLoad {
   }
 };
 
-/// The taps in row `dy` and column `dx` of the block. Rows outside the picture are read at its
-/// edge; callers give them no weight.
-/// \param x, y  pixels for gathers, always inside the picture; the requested ones if these are
-///     inside
+/// The taps in row `dy` and column `dx` of the block. Rows outside the image are read at its edge;
+/// callers give them weight 0.
+/// \param x, y  pixels for gathers: the taps, or any pixels inside the image where taps are outside
 HWY_INLINE TapLoad TapAt(const SideBySide& block, int dx, int dy, int height, VI x, VI y) {
   return {block.found, std::clamp(block.y + dy, 0, height - 1), block.x + dx, x, y};
 }

@@ -36,12 +36,12 @@ HWY_INLINE VI ColumnNumbers(int x) {
   return hn::Add(hn::Load(di, kLaneNumbers), hn::Set(di, x));
 }
 
-/// Lanes of a vector as a step of pixel loops.
+/// Number of lanes of a vector: the step of pixel loops.
 HWY_INLINE int LaneCount() {
   return static_cast<int>(hn::Lanes(DF()));
 }
 
-/// A loaded value that is used more than once. GCC loads it again for the next use, even with free
+/// A loaded value that is used more than once. GCC loads it again for each use, even with free
 /// registers, and loads that cross a cache line are expensive.
 HWY_INLINE VF InRegister(VF v) {
 #if HWY_TARGET <= HWY_AVX3 && defined(__GNUC__)
@@ -177,7 +177,7 @@ HWY_INLINE VF Log2(VF x) {
   const DF d;
   const DI di;
   const VI bits = hn::BitCast(di, x);
-  // The exponent that leaves a mantissa in sqrt(1/2)..sqrt(2).
+  // The exponent, such that the mantissa is in sqrt(1/2)..sqrt(2).
   const VI exponent = hn::ShiftRight<23>(hn::Sub(bits, hn::Set(di, 0x3f3504f3)));
   const VF m = hn::BitCast(d, hn::Sub(bits, hn::ShiftLeft<23>(exponent)));
   const VF one = hn::Set(d, 1.0f);
@@ -220,7 +220,7 @@ HWY_INLINE VF ColumnsFrom(int x) {
   return hn::ConvertTo(DF(), ColumnNumbers(x));
 }
 
-/// Lanes of the row that are pixels.
+/// The lanes that are pixels of the row.
 HWY_INLINE MF InRow(int x, int width) {
   return hn::FirstN(DF(), static_cast<size_t>(width > x ? width - x : 0));
 }

@@ -24,7 +24,7 @@ namespace {
 
 constexpr size_t kMostFetched = 80;
 
-/// The inputs and outputs of the next row, except for the new light.
+/// The inputs and outputs of the next row, except for the new samples.
 NextRow<kMostFetched> NextRowOf(const Joining& j, const SignalHistory& out, int y) {
   NextRow<kMostFetched> next;
   const int width = j.light.samples.width();

@@ -9,7 +9,7 @@
 namespace stillray::reference {
 namespace {
 
-/// \param taps  of the history, for its confidence; may be nullptr
+/// \param taps  for the confidence in the history; may be nullptr
 void Join(const NewLight& light, const SignalHistory& before, const ReprojectionTaps* taps,
           const HistoryLimits& limits, const AccumulateParameters& p, SignalHistory* out) {
   for (int y = 0; y < light.samples.height(); ++y) {

@@ -19,7 +19,8 @@ SHARED_BLOCK(AccumulateParameters) {
 };
 
 // Weight of the new frame. PSVGF section 4.2: max(alpha_min, 1 / age), with age in samples: n new
-// ones after `length` old ones. SVGF eq. 1 (constant_weight): alpha_min wherever there is history.
+// samples after `length` old ones. SVGF eq. 1 (constant_weight): alpha_min wherever there is
+// history.
 SHARED_FN float NewFrameWeight(float length, float n, float alpha_min, bool constant_weight) {
   float share = n / max(length + n, 1e-6f);
   float alpha = constant_weight ? alpha_min : max(alpha_min, share);

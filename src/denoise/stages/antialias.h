@@ -1,34 +1,35 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// antialias: temporal antialiasing of the finished picture. Source: Karis 2014 ("High Quality
+/// antialias: temporal antialiasing of the finished image. Source: Karis 2014 ("High Quality
 /// Temporal Supersampling"), SVGF section 3 (post-processing), PSVGF section 4.5: the previous
 /// output, fetched with a Catmull-Rom filter along the motion of the nearest surface of the 3x3
 /// neighbourhood in front of the pixel's own (so that edges move with the nearer surface), is
-/// clamped to the 3x3 neighbourhood of the current picture and blended, regardless of the
-/// disocclusion test. Departs from them: with `spline` it is the cubic spline through the pixels
-/// that is fetched (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
-/// fraction of a pixel, and a picture is fetched ten times before it has faded; while the history
-/// of a pixel's light is short the previous picture counts no more than the previous light does
-/// (the clamp lets a wrong picture pass if the noise of the light is large), and under a confidence
-/// in the last frame's light it counts less; runs on scene-linear light, before the tone curve, so
-/// that linear files are antialiased too, and blends linear light, which converges to the
-/// box-filtered picture. `tone_scale` blends under a tone curve instead, as SVGF does, which
-/// smooths edges of bright light, but darkens textures of high contrast (by up to 5 %). With
-/// `ratio` the previous picture is multiplied by the change of the light (follow_light.h).
+/// clamped to the 3x3 neighbourhood of the current image and blended, regardless of the
+/// disocclusion test. Departs from them: with `spline` the previous output is interpolated by a
+/// cubic spline (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
+/// fractional offset, and an image is resampled ten times before it has faded; while the history of
+/// a pixel is short, the weight of the previous output is no larger than that of the history (if
+/// the noise is large, the clamp lets a wrong colour pass), and a confidence below 1 reduces it;
+/// runs on scene-linear radiance, before the tone curve, so that linear files are antialiased too,
+/// and blends linear radiance, which converges to the box-filtered image. `tone_scale` blends under
+/// a tone curve instead, as SVGF does, which smooths edges of bright light, but darkens textures of
+/// high contrast (by up to 5 %). With `ratio` the previous output is multiplied by the change of
+/// the radiance (follow_light.h).
 ///
-/// With `texture` the light of the previous picture is clamped, not the picture itself. Rays of one
-/// frame miss lines that are thinner than a pixel, so that the clamp would erase them, and where a
-/// texture has contrast it lets a wrong light pass. So the albedo is antialiased as well, with the
-/// same taps and weights: both pictures are then means over the same points, and the quotient of
-/// the previous picture and the previous albedo is a mean of light, with the albedos as weights. It
-/// is clamped to that of the 3x3 neighbourhood and multiplied by the previous albedo, which is only
-/// clamped to the range of the albedo in some 12x12 pixels, so that textures that change are
-/// followed; to that in 3x3 pixels where it may be that of another surface or of another image in a
-/// mirror, in this frame or the last one. The result stays within the range of the picture in 3x3
-/// pixels, widened where the albedo is outside its own there.
+/// With `texture` the demodulated previous output (divided by its albedo) is clamped, not the
+/// output itself. Rays of one frame miss lines that are thinner than a pixel, so that the clamp
+/// would erase them, and on textures of high contrast the clamp lets wrong radiance pass. The
+/// albedo is therefore antialiased as well, with the same taps and weights: both images are then
+/// means over the same points, and the quotient of previous output and previous albedo is a mean of
+/// demodulated radiance, weighted by albedo. The quotient is clamped to its range in the 3x3
+/// neighbourhood and multiplied by the previous albedo. The previous albedo is clamped only to the
+/// range of the albedo in some 12x12 pixels, so that changing textures are followed; to the range
+/// in 3x3 pixels where it may belong to another surface or to another reflected image, in this
+/// frame or the last one. The result stays within the range of the image in 3x3 pixels, widened
+/// where the albedo is outside its own range there.
 ///
-/// State: the previous output, and with `texture` its albedo. Border: 1 pixel, with `texture` 2;
+/// State: the previous output and, with `texture`, its albedo. Border: 1 pixel, with `texture` 2;
 /// reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel; with `texture`
 /// 54 and 32 x 12, 24.
 #pragma once
@@ -39,12 +40,12 @@
 
 namespace stillray {
 
-/// The albedos that separate the texture of pictures from their light.
+/// The albedos that separate texture from demodulated radiance.
 struct AntialiasTexture {
   const SummedAlbedo& albedo;      ///< of this frame
   const Image3* before = nullptr;  ///< the antialiased albedo of the last frame; nullptr: unknown,
-                                   ///< the picture is clamped
-  const Image3* spline = nullptr;  ///< as AntialiasInput::spline
+                                   ///< the image itself is clamped
+  const Image3* spline = nullptr;  ///< spline coefficients of `before`, see AntialiasInput::spline
   Image3* out = nullptr;           ///< result: the antialiased albedo of this frame
   /// Inverse depth of the last frame; read with `before`.
   const Image1* depth_before = nullptr;
@@ -56,17 +57,17 @@ struct AntialiasInput {
   const GuidePlanes& guides;
   /// The spline coefficients of `previous`; nullptr: Catmull-Rom
   const Image3* spline = nullptr;
-  /// Of follow_light, per block; nullptr: the light is the same.
+  /// The output of follow_light, per block; nullptr: 1 everywhere.
   const Image1* ratio = nullptr;
-  /// Number of samples in the light of each pixel, and of those of this frame; nullptr for length:
-  /// weight `taa_alpha` everywhere; for samples: one everywhere.
+  /// History length of each pixel, and number of samples of this frame. `length` nullptr: weight
+  /// `taa_alpha` everywhere; `samples` nullptr: one sample everywhere.
   const Image1* length = nullptr;
   const Image1* samples = nullptr;
-  /// Frame::confidence; nullptr: 1 everywhere. Read with `length` alone.
+  /// Frame::confidence; nullptr: 1 everywhere. Read only if `length` is given.
   const Image1* confidence = nullptr;
-  /// Used with `length` alone; nullptr: the picture is clamped.
+  /// Used only if `length` is given; nullptr: the image itself is clamped.
   const AntialiasTexture* texture = nullptr;
-  Image3* copy = nullptr;  ///< a copy of the finished picture, of the same size; nullptr: none
+  Image3* copy = nullptr;  ///< a copy of the finished image, of equal size; nullptr: none
 };
 
 namespace reference {

@@ -19,8 +19,8 @@ vec3 Load(const Image3& image, int x, int y) {
   return {image[0](x, y), image[1](x, y), image[2](x, y)};
 }
 
-/// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre's own; of equal
-/// ones the first in reading order.
+/// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre, else that of the
+/// centre; of equal depths the first in row order.
 vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y) {
   const float centre = guides.inverse_depth(x, y);
   const vec2 gradient = {guides.gradient[0](x, y), guides.gradient[1](x, y)};
@@ -53,7 +53,7 @@ float LongestAround(const Image1& length, int x, int y) {
   return longest;
 }
 
-/// Weight of the new picture at a pixel.
+/// Weight of the new image at a pixel.
 float NewWeight(const AntialiasInput& in, float taa_alpha, int x, int y) {
   if (in.length == nullptr) {
     return taa_alpha;
@@ -142,7 +142,7 @@ bool IsBesideSurface(const GuidePlanes& guides, int x, int y) {
   return false;
 }
 
-/// WasBesideSurface of the pixel of the last frame that is nearest to a place.
+/// WasBesideSurface for the pixel of the last frame that is nearest to a position.
 bool WasBesideSurface(const Image1& inverse_depth, vec2 place) {
   const auto at = [&](int x, int y) {
     return inverse_depth(std::clamp(x, 0, inverse_depth.width() - 1),
@@ -159,7 +159,8 @@ bool WasBesideSurface(const Image1& inverse_depth, vec2 place) {
   return false;
 }
 
-/// The previous albedo at a place. \param around  the range of the albedo
+/// The previous albedo at a position, clamped.
+/// \param around  the range of the albedo
 vec3 PreviousAlbedo(const AntialiasInput& in, const Range& around, vec2 place, int x, int y) {
   const SummedAlbedo& albedo = in.texture->albedo;
   const int bx = x / kAlbedoBlock;
@@ -173,7 +174,7 @@ vec3 PreviousAlbedo(const AntialiasInput& in, const Range& around, vec2 place, i
   return clamps ? Clamp(inside, around) : inside;
 }
 
-/// The range of the picture, widened for an albedo.
+/// The range of the image, widened by WidenedLow and WidenedHigh.
 Range Widened(const Range& picture, vec3 albedo, const Range& albedos) {
   Range wide;
   for (int c = 0; c < 3; ++c) {
@@ -189,7 +190,7 @@ void Store(vec3 value, int x, int y, Image3* image) {
   }
 }
 
-/// The previous picture at a place, clamped, and its albedo.
+/// The previous image at a position, clamped, and its albedo.
 struct Previous {
   vec3 picture, albedo;
 };

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // One exponent of 2 per tap: kernel, normal, depth and luminance are summed before a single
-// exponential; the guides' part is computed once for all signals. Taps come in pairs at opposite
-// offsets, which share the tolerance of the slope. All planes have one stride, so that a tap has
-// the same offset in all of them; normals in the border are zero, which makes every weight there
-// zero without a test. Packed normals are unpacked row by row before.
+// exponential; the geometry part is computed once for all signals. Taps are processed in pairs at
+// opposite offsets, which share the slope's tolerance. All planes have one stride, so that a tap
+// has one offset for all of them; normals in the border are zero, so that weights there are zero
+// without a test. Packed normals are unpacked row by row beforehand.
 #include "denoise/stages/atrous.h"
 
 #include <span>
@@ -33,10 +33,10 @@
 #define STILLRAY_ATROUS_ONCE
 namespace stillray {
 
-/// The i-th row in an order in which rows of the same residue modulo `step` are consecutive, so
-/// that a level's taps are in the cache.
+/// The i-th row in an order in which rows with equal residues modulo `step` are consecutive, so
+/// that a level's taps stay in the cache.
 inline int RowInOrder(int i, int step, int height) {
-  const int rows = height / step;  // of each residue; the first `longer` have one more
+  const int rows = height / step;  // per residue; the first `longer` residues have one more
   const int longer = height % step;
   const int of_longer = longer * (rows + 1);
   if (i < of_longer) {
@@ -101,11 +101,11 @@ struct LightTaps {
   const TapPairs taps;
   const TapSlots exponents;  ///< a row of each tap
   float centre_kernel;
-  float least_factor;  ///< lower bound for sharing, relative to the pixel's own
+  float least_factor;  ///< lower bound of the shared factor, relative to the pixel's own
 };
 
 /// Sums the taps of one signal at the pixels x, x + 1, ... with the weights of SVGF. kShared:
-/// differences are measured in the noise of both pixels. kPilot: they are those of the pilot.
+/// SharedLuminanceFactor of both pixels. kPilot: compares the pilot's luminances.
 template <int kPairs, bool kShared, bool kComplete, bool kPilot>
 HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_factor, int x) {
   const DF d;
@@ -120,7 +120,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
   const VF kernel = hn::Set(d, light.centre_kernel);
   Sums sums = {zero, zero, zero, zero, zero};
   AddTap(row, x, kComplete ? kernel : WherePresent(row, x, kernel), centre, &sums);
-  // Two taps at a time, interleaved: one alone is a dependency chain longer than the out-of-order
+  // Two interleaved taps at a time: the dependency chain of one is longer than the out-of-order
   // window.
   ForEachPair<kPairs>(
       light.taps, [&](int i) HWY_ATTR __attribute__((always_inline)) {
@@ -159,7 +159,7 @@ HWY_INLINE Sums SumTaps(const LightTaps& light, const SignalRow& row, VF own_fac
 }
 
 /// Filters a row of one signal with the weights of SVGF. Not inlined, and with arguments by value,
-/// since compilers reload after every store everything that it could have changed.
+/// since compilers reload after every store all data that it may alias.
 template <int kPairs, bool kShared, bool kComplete, bool kPilot>
 HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                                   TapSlots exponents) {
@@ -185,12 +185,12 @@ HWY_NOINLINE void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& si
   }
 }
 
-/// Template arguments rather than branches in the innermost loop.
+/// Selects the template arguments, which replace branches in the innermost loop.
 template <int kPairs>
 void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
                      TapSlots exponents) {
   const bool shared = pass.parameters->noise_ratio > 1;
-  if (signal.pilot != nullptr) {  // kShared with a ratio of 1 is the same as without
+  if (signal.pilot != nullptr) {  // kShared with a ratio of 1 gives equal results
     signal.all_valid ? FilterSignalRow<kPairs, true, true, true>(pass, signal, y, exponents)
                      : FilterSignalRow<kPairs, true, false, true>(pass, signal, y, exponents);
   } else if (signal.all_valid) {
@@ -203,7 +203,7 @@ void FilterSignalRow(const AtrousPass& pass, const AtrousSignal& signal, int y,
 }
 
 /// The weights for comparison: the kernel alone, and the Gaussians of EAW.
-/// \tparam kDepths  of EAW: kPosition, or kPlane for any other
+/// \tparam kDepths  depth weight of EAW: kPosition, or kPlane for all others
 template <bool kEaw, Depths kDepths>
 void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, int y) {
   const DF d;
@@ -266,9 +266,9 @@ void FilterRowForComparison(const AtrousPass& pass, const AtrousSignal& signal, 
   }
 }
 
-/// Filters one row of all signals with the weights of SVGF: the guides' part first, then signal by
-/// signal, so that few planes are read at a time; specular light last, whose exponents replace the
-/// others.
+/// Filters one row of all signals with the weights of SVGF: the geometry exponents first, then
+/// signal by signal, so that few planes are read at a time; specular signals last, since their
+/// exponents overwrite the others.
 template <int kPairs>
 void FilterRow(const AtrousPass& pass, int y) {
   const RowScratch scratch(pass.guides->id.width(), 2 * kPairs);
@@ -320,7 +320,7 @@ void AtrousRow(const AtrousPass& pass, int y) {
   }
 }
 
-/// The rows begin..end in their order.
+/// Filters the rows begin..end in the order of RowInOrder.
 void AtrousRows(const AtrousPass& pass, int begin, int end) {
   const TinyIsZero tiny_is_zero;
   const int height = pass.guides->id.height();

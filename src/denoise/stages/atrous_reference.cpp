@@ -13,7 +13,7 @@ namespace {
 constexpr float kKernel3[2] = {0.5f, 0.25f};
 constexpr float kKernel5[3] = {3.0f / 8.0f, 1.0f / 4.0f, 1.0f / 16.0f};
 
-/// Number of filtered planes of the colour.
+/// Number of colour planes that are filtered.
 int ChannelsOf(int weights) {
   return weights == kAtrousGeometry ? 2 : 3;
 }
@@ -55,13 +55,13 @@ float EdgeWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
   }
   const Image1& factor = *signal.luminance_factor;
   if (has_pilot && !((*signal.valid)(x, y) > 0)) {
-    return geometry;  // there is no luminance to compare
+    return geometry;  // no luminance weight
   }
   return geometry *
          std::exp2(-dl * SharedLuminanceFactor(factor(x, y), factor(qx, qy), p.noise_ratio));
 }
 
-/// The weight of the tap (dx, dy) of pixel (x, y); 0 where it has no light.
+/// The weight of the tap (dx, dy) of pixel (x, y); 0 if the tap has no samples.
 float TapWeight(const AtrousSignal& signal, const GuidePlanes& g, const AtrousLevel& level,
                 const AtrousParameters& p, int x, int y, int dx, int dy) {
   const float* kernel = level.radius == 1 ? kKernel3 : kKernel5;
@@ -94,7 +94,7 @@ void FilterPixel(const AtrousSignal& signal, const GuidePlanes& g, const AtrousL
       sum_weight += w;
     }
   }
-  // Smaller sums have lost their precision: no neighbour is similar to this pixel.
+  // Smaller sums are imprecise: no neighbour is similar to this pixel.
   const bool filled = sum_weight > kMinAtrousWeight;
   for (int c = 0; c < ChannelsOf(level.weights); ++c) {
     signal.out->colour[c](x, y) = filled ? sum[c] / sum_weight : in[c](x, y);

@@ -20,11 +20,11 @@ const int kAtrousSvgf = 2;      // normal, depth and luminance against the local
 const int kAtrousEaw = 3;       // Gaussians of luminance, normal and depth differences
 
 // What a level writes on the device.
-const int kAtrousLight = 0;  // the light of the next level
-const int kAtrousSums = 1;   // the sums of weights, for an output
-const int kAtrousPilot = 2;  // the pilot estimate: the level's light, mixed with its input
+const int kAtrousLight = 0;  // the filtered signal, input of the next level
+const int kAtrousSums = 1;   // the sums of weights, as an output image
+const int kAtrousPilot = 2;  // the pilot estimate: the filtered signal, mixed with the input
 
-// Kinds of weights that the device knows when a pipeline is made, as bits.
+// Variants of the weights that are specialization constants of the device's pipelines, as bits.
 #define STILLRAY_ATROUS_CURVED 1     // curvature is on
 #define STILLRAY_ATROUS_PLANES 2     // depth_weight_plane
 #define STILLRAY_ATROUS_IDS 4        // wavelet_id
@@ -32,13 +32,13 @@ const int kAtrousPilot = 2;  // the pilot estimate: the level's light, mixed wit
 
 SHARED_BLOCK(AtrousParameters) {
   EdgeStopping edges;
-  int wavelet_id;     // 1: also stop at another id, but with kAtrousGeometry
+  int wavelet_id;     // 1: also stop at another id, except with kAtrousGeometry
   float noise_ratio;  // >= 1; see SharedLuminanceFactor
   float eaw_sigma_l;  // in mean luminances of the signal
   float eaw_sigma_n;
   float eaw_sigma_z;
-  int grows;              // 1: pixels that a level fills are taps of the next
-  int reflected_signals;  // bit s: signal s is specular light (kLeastReflectedSigmaN)
+  int grows;              // 1: pixels that a level fills are taps of the next level
+  int reflected_signals;  // bit s: signal s is specular (kLeastReflectedSigmaN)
 };
 
 SHARED_END

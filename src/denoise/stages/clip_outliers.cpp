@@ -34,7 +34,7 @@ struct Range {
   VF lowest, highest;
 };
 
-/// Of neighbours that all have light.
+/// The range of the eight neighbours, if all have samples.
 HWY_INLINE Range RangeWithin(const Image1& luminance, int x, int y) {
   const DF d;
   const VF first = hn::LoadU(d, luminance.Row(y) + x - 1);
@@ -48,7 +48,7 @@ HWY_INLINE Range RangeWithin(const Image1& luminance, int x, int y) {
   return range;
 }
 
-/// Whether the pixels of a block and those around them have light.
+/// Whether all pixels of a block and their neighbours have samples.
 bool IsFullAround(const Plane<uint32_t>* full, int block, int y) {
   uint32_t all = full != nullptr ? ~0u : 0u;
   for (int dy = -1; dy <= 1 && all != 0; ++dy) {
@@ -73,7 +73,7 @@ HWY_INLINE Range RangeOfNeighbours(const Image1& luminance, const Image1& where,
   return range;
 }
 
-/// The light of outliers; anything elsewhere.
+/// Stores the new colour of outliers; other lanes have arbitrary values.
 HWY_INLINE void StoreClipped(const LumaImage3& light, const Image1& where, const Range& range,
                              MF outlier, int x, int y, FilterPlanes* out) {
   const DF d;
@@ -102,8 +102,8 @@ HWY_INLINE void StoreClipped(const LumaImage3& light, const Image1& where, const
   StoreInRow(d, hn::IfThenElseZero(outlier, one), out->variance.Row(y), x, width);
 }
 
-/// Finds outliers. `out` holds their light, its variance 1 at outliers and 0 at others; vectors
-/// without outliers are marked by -1 at their first pixel and hold nothing.
+/// Finds outliers. `out` receives their new colour, and as variance 1 at outliers, else 0; vectors
+/// without outliers have only the variance -1 at their first pixel.
 void FindOutlierRows(const ClipOutliersInput& in, float most, const LumaImage3& light, int y0,
                      int y1, FilterPlanes* out) {
   const DF d;

@@ -5,7 +5,7 @@
 namespace stillray::reference {
 namespace {
 
-/// Of the neighbours with light.
+/// Statistics of the neighbours with samples.
 struct Neighbours {
   int count = 0;
   float lowest = 1e37f;

@@ -12,14 +12,13 @@
 SHARED_BEGIN
 
 SHARED_BLOCK(ClipOutliersParameters) {
-  float
-      clip_outliers;  // largest excess that is noise, in standard deviations of the filtered light
+  float clip_outliers;  // largest excess that counts as noise, in standard deviations
 };
 
-// Smaller excesses, relative to the brighter side, are not visible as specks.
+// Excesses below this fraction of the brighter value are not visible as specks.
 const float kLeastOutlier = 0.05f;
 
-// Whether luminance l exceeds the range of its neighbours visibly, by what may be noise.
+// Whether luminance l exceeds the range of its neighbours visibly, by an amount that may be noise.
 SHARED_FN bool IsOutlier(float l, float lowest, float highest, float variance, float most) {
   float excess = max(l - highest, lowest - l);
   return excess > kLeastOutlier * max(max(l, highest), 0.0f) &&

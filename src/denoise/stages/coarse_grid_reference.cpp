@@ -7,7 +7,7 @@
 namespace stillray::reference {
 namespace {
 
-/// The inverse depth that the surface at a pixel has `dx`, `dy` pixels away.
+/// The inverse depth of a pixel's plane at an offset of `dx`, `dy` pixels.
 float ExpectedAt(const GuidePlanes& g, int x, int y, float dx, float dy) {
   return g.inverse_depth(x, y) + (g.gradient[0](x, y) * dx + g.gradient[1](x, y) * dy);
 }

@@ -83,7 +83,7 @@ HWY_INLINE VF WithinVariance(const DemodulateInput& in, int x, int y, const Colo
 }
 
 /// \param next    rows to prefetch
-/// \param sparse  few pixels have a sample: the data of the others is not read
+/// \param sparse  few pixels have a sample: radiance of vectors without samples is not read
 DemodulateCounts DemodulateRow(const DemodulateInput& in, const NextRow<40>& next, bool sparse,
                                int y, NewLight* out) {
   const DF d;

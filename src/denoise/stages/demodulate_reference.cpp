@@ -27,8 +27,9 @@ vec3 AlbedoOf(const DemodulateInput& in, int x, int y) {
   return albedo;
 }
 
-/// Variance of single samples of the signal: that of each light about its own mean, converted from
-/// its own albedo to the signal's. Lights are assumed to be uncorrelated.
+/// Variance of single samples of the signal: the sum over its terms of the variance about the
+/// term's mean, converted from the term's albedo to the signal's. The terms are assumed to be
+/// uncorrelated.
 float WithinVariance(const DemodulateInput& in, int x, int y, vec3 albedo) {
   float sum = 0;
   for (int i = 0; i < in.count; ++i) {

@@ -53,7 +53,7 @@ struct HistoryMoments {
 struct TemporalVariance {
   VF value;     ///< 0 if the history is too short
   MF is_short;  ///< the history is too short
-  MF missing;   ///< surfaces without any light
+  MF missing;   ///< surfaces without samples
 };
 
 HWY_INLINE VF VarianceOfMean(VF variance, VF weights2) {
@@ -74,7 +74,7 @@ HWY_INLINE TemporalVariance TemporalVarianceOf(const HistoryMoments& m, MF surfa
           hn::AndNot(full, hn::And(known, in_row)), hn::AndNot(known, surface)};
 }
 
-/// Of this frame, at least one.
+/// Samples of this frame, at least one.
 HWY_INLINE VF Samples(const VarianceSignal& signal, int x, int y) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
@@ -88,7 +88,7 @@ HWY_INLINE VF ShortHistoryBoost(VF length, float full, float boost) {
   return Exp2(hn::Mul(hn::Set(d, boost), Log2(ratio)));
 }
 
-/// Sums over a neighbourhood, of differences from the centre's mean, and of second differences.
+/// Sums over a neighbourhood: of differences from the centre's mean, and of second differences.
 struct SpreadSums {
   VF weight, d, d2, variance;
   VF difference_weight, difference2;
@@ -101,7 +101,7 @@ struct SpreadRow {
   const float* variance;
 };
 
-/// Returns the weight where there is light, else 0.
+/// Adds one tap to the sums. \return the weight where there are samples, else 0
 HWY_INLINE VF AddSpread(const SpreadRow& row, ptrdiff_t q, VF weight, VF centre, SpreadSums* sums) {
   const DF d;
   const MF known = hn::Gt(hn::LoadU(d, row.length + q), hn::Zero(d));
@@ -117,9 +117,9 @@ HWY_INLINE VF AddSpread(const SpreadRow& row, ptrdiff_t q, VF weight, VF centre,
 /// The weights of a neighbourhood, row by row.
 using WindowVectors = float[2 * TapPairs::kMost + 1][hn::MaxLanes(DF())];
 
-/// Adds the second difference of three pixels in a line.
-/// \param at    place of the middle one in `weights`, from which the others are `next` away
-/// \param q     its place in the row, from which the others are `distance` away
+/// Adds the second difference of three collinear pixels.
+/// \param at    index of the middle pixel in `weights`; the others are at -next and +next
+/// \param q     address of the middle pixel's value; the others are at -distance and +distance
 HWY_INLINE void AddSecondDifference(const WindowVectors& weights, int at, int next, const float* q,
                                     ptrdiff_t distance, SpreadSums* sums) {
   const DF d;
@@ -132,8 +132,8 @@ HWY_INLINE void AddSecondDifference(const WindowVectors& weights, int at, int ne
   sums->difference2 = hn::MulAdd(w, hn::Mul(difference, difference), sums->difference2);
 }
 
-/// Adds those along all rows and columns.
-/// \param mean  of the pixel in the middle of the neighbourhood
+/// Adds the second differences along all rows and columns.
+/// \param mean  address of the centre's value
 HWY_INLINE void AddSecondDifferences(const WindowVectors& weights, int radius, const float* mean,
                                      ptrdiff_t stride, SpreadSums* sums) {
   const int side = 2 * radius + 1;
@@ -176,7 +176,7 @@ HWY_INLINE VF SpatialVariance(const Estimates& e, const SignalHistory& h, const 
   hn::Store(AddSpread(row, x, one, centre, &sums), d, window[middle]);
   for (int i = 0; i < e.taps.count; ++i) {
     const TapPair& pair = e.taps.pair[i];
-    // The border of the history differs from that of the guides.
+    // The borders of history and guides differ.
     const ptrdiff_t distance =
         static_cast<ptrdiff_t>(pair.dy) * stride + static_cast<ptrdiff_t>(pair.dx);
     const int place = static_cast<int>(pair.dy) * side + static_cast<int>(pair.dx);
@@ -236,7 +236,7 @@ HWY_INLINE TemporalVariance VarianceOfHistory(const Estimates& e, const Variance
   return TemporalVarianceOf(moments, surface, InRow(x, signal.variance->width()), e.p);
 }
 
-/// The variance of short histories, from the neighbourhood.
+/// The variance of a short history, from the neighbourhood.
 HWY_INLINE VF ShortHistoryVariance(const Estimates& e, const VarianceSignal& signal,
                                    const TapVectors& weights, int x, int y) {
   const DF d;
@@ -266,7 +266,7 @@ NextRow<1 + 5 * kMostSignals> NextRowOf(const Estimates& e, int y) {
   return next;
 }
 
-/// Returns one bit for each signal that has no light on some surface.
+/// \return one bit for each signal with surfaces that have no samples
 uint32_t EstimateVarianceRows(const Estimates& all, int y0, int y1) {
   const DF d;
   const TapPairs taps = WithBias(all.taps, all.p.edges, NormalsOf(all.p.edges));

@@ -8,11 +8,11 @@
 namespace stillray::reference {
 namespace {
 
-/// The pixels around one, and how similar their surfaces are to its own.
+/// The neighbourhood of a pixel, with weights by the similarity of the surfaces.
 struct Window {
   static constexpr int kSide = 2 * SignalHistory::kBorder + 1;
   int radius;
-  float weight[kSide][kSide] = {};  ///< 0 where there is no light
+  float weight[kSide][kSide] = {};  ///< 0 without samples
   float mean[kSide][kSide] = {};
   float variance[kSide][kSide] = {};
 };
@@ -63,7 +63,7 @@ float SpreadOf(const Window& window, float sum_weight) {
   return max(sum_d2 / sum_weight - mean_d * mean_d, 0.0f);
 }
 
-/// From the second differences along rows and columns.
+/// Variance of the pixels, from the second differences along rows and columns.
 float SecondDifferencesOf(const Window& window, float spread) {
   float square = 0;
   float weight = 0;

@@ -19,16 +19,16 @@ SHARED_BLOCK(EstimateVarianceParameters) {
   int short_history;     // kShortHistory...
   float short_history_length;
   float short_history_boost;
-  float least_evidence;      // sum of its weights below which the variance is kUnknownVariance
-  int short_history_radius;  // of its neighbourhood, pixels, at most 3
+  float least_evidence;  // sum of the spatial weights below which the variance is kUnknownVariance
+  int short_history_radius;  // radius of the spatial estimate, pixels, at most 3
 };
 
-// What estimates the variance of short histories.
-const int kShortHistoryNone = 0;  // zero is left there
+// Estimators of the variance of short histories.
+const int kShortHistoryNone = 0;  // the variance stays 0
 const int kShortHistorySpread = 1;
 const int kShortHistorySecondDifference = 2;
 
-// So large that the luminance weight is 1, so small that sums of it stay finite.
+// Large enough that the luminance weight is 1, small enough that sums stay finite.
 const float kUnknownVariance = 1e20f;
 
 // Variance of the accumulated mean from the spread of single samples about it: the estimate is
@@ -39,11 +39,11 @@ SHARED_FN float VarianceOfMean(float variance, float weights2) {
   return unbiased * weights2;
 }
 
-// The square of the second difference l(a) - 2 l(p) + l(b) of three pixels in a line has this many
-// times the variance of one.
+// The expected square of the second difference l(a) - 2 l(p) + l(b) of three collinear pixels is
+// this many times the variance of one pixel.
 const float kSecondDifferenceVariances = 6.0f;
-// Weight of the spread beside the weights of the second differences. It decides alone where no
-// three pixels of a surface lie in a line.
+// Weight of the spread relative to the weights of the second differences. The spread is the only
+// estimate where no three pixels of a surface are collinear.
 const float kSpreadWeight = 0.05f;
 
 // \param square, weight  sums over the second differences of a neighbourhood
@@ -57,13 +57,13 @@ SHARED_FN float ShortHistoryBoost(float length, float full, float boost) {
   return pow(max(full / max(length, 1.0f), 1.0f), boost);
 }
 
-// Share of the pilot estimate in what the first level compares. A history that has no end converges
-// to its own light.
+// Share of the neighbourhood's mean in the luminance that the first levels compare. For histories
+// of unlimited length it converges to 0.
 SHARED_FN float PilotShare(float length, float full) {
   return min(full / max(length, 1e-6f), 1.0f);
 }
 
-// Variance of a mixture of the pixel's own light with a pilot that contains it.
+// Variance of a mix of the pixel's own value with a pilot that contains this value.
 SHARED_FN float PilotVariance(float own, float pilot, float share) {
   float deviation = sqrt(own) + share * (sqrt(pilot) - sqrt(own));
   return deviation * deviation;

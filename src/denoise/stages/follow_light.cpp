@@ -26,7 +26,7 @@ struct SurfaceVector {
   VF inverse_depth;
   VF normal[3];
   VF gradient[2];
-  VF slack;  ///< of inverse depth, by the gradient
+  VF slack;  ///< tolerance of inverse depth due to the gradient
   VU id;
 };
 
@@ -46,7 +46,7 @@ HWY_INLINE SurfaceVector LoadSurface(const FollowedBlocks& b, int x, int y) {
   return s;
 }
 
-/// Lanes whose surface the blocks at an offset show: IsSameSurface.
+/// Lanes whose surface equals that of the block at an offset.
 HWY_INLINE MF ShowSurface(const FollowedBlocks& b, const SurfaceVector& s, int x, int y, int dx,
                           int dy) {
   const DF d;

@@ -27,7 +27,7 @@ namespace {
 /// Radius of the pixels that the filter reads.
 constexpr int kReachAround = kFxaaReach + 1;
 
-/// Luminance of some rows of the picture and their surroundings, with repeated edges.
+/// Luminance of some rows of the image and their surroundings, with repeated edges.
 class LumaRows {
  public:
   LumaRows(const Image3& colour, int y0, int y1)
@@ -51,7 +51,7 @@ class LumaRows {
     const VF zero = hn::Zero(d);
     float* to = scratch_.Row(y - first_);
     for (int x = 0; x < width_; x += LaneCount()) {
-      // Summed like Luminance709, so that edges are those of the reference.
+      // Summed in the order of Luminance709, so that edges equal those of the reference.
       const VF red = hn::Mul(hn::Set(d, 0.2126f), hn::LoadU(d, colour[0].Row(y) + x));
       const VF green = hn::Mul(hn::Set(d, 0.7152f), hn::LoadU(d, colour[1].Row(y) + x));
       const VF blue = hn::Mul(hn::Set(d, 0.0722f), hn::LoadU(d, colour[2].Row(y) + x));
@@ -79,10 +79,10 @@ struct Steps {
 /// Distance along the edge to the end of its step, on one side.
 struct EdgeEnd {
   VF reach;
-  VF difference;  ///< there, from the middle of the step; 0 if it does not end
+  VF difference;  ///< difference from the middle of the step at the end; 0 if no end is found
 };
 
-/// Only the lanes of `used` are valid.
+/// Finds the end of a step on one side; only the lanes `used` are valid.
 /// \param sign  -1 or 1: the side
 HWY_INLINE EdgeEnd FindEnd(const LumaRows& luma, int x, int y, int sign, const Steps& steps,
                            VF middle, VF least, MF used) {
@@ -128,7 +128,7 @@ HWY_INLINE Steps FindSteps(const LumaRows& luma, int x, int y, MF wanted) {
   VF lowest = m;
   VF highest = m;
   for (const VF v : {n, s, w, e}) {
-    lowest = hn::IfThenElse(hn::Lt(v, lowest), v, lowest);  // as std::min does with NaN
+    lowest = hn::IfThenElse(hn::Lt(v, lowest), v, lowest);  // as std::min treats NaN
     highest = hn::IfThenElse(hn::Lt(highest, v), v, highest);
   }
   const MF edge = hn::And(
@@ -216,7 +216,7 @@ void FxaaRow(const Image3& colour, const LumaRows& luma, const Image1* length, i
   }
 }
 
-/// Whether any pixel of the row has few enough samples for the filter to have an effect.
+/// Whether FxaaStrength is positive anywhere in the row.
 bool AnyYoung(const Image1* length, int y) {
   if (length == nullptr) {
     return true;
@@ -261,7 +261,7 @@ namespace stillray::cpu {
 HWY_EXPORT(FxaaRows);
 
 void Fxaa(const Image3& colour, const Image1* length, Image3* out) {
-  // Luminance is recomputed for the rows around a band: wide bands, limited by the cache.
+  // Luminance is recomputed for the rows around a band, so bands are as wide as the cache allows.
   constexpr int kBand = 40;
   ParallelRows(colour.height(), kBand, [&](int y0, int y1) {
     HWY_DYNAMIC_DISPATCH(FxaaRows)(colour, length, y0, y1, out);

@@ -19,7 +19,7 @@ struct FxaaStep {
   float share = 0;
 };
 
-/// \param luma  luminance of the picture, >= 0: an Image1, or a type with the same access
+/// \param luma  luminance of the image, >= 0: an Image1, or a type with the same access
 template <typename Luma>
 FxaaStep FindFxaaStep(const Luma& luma, int x, int y) {
   const int width = luma.width();

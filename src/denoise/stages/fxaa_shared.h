@@ -16,9 +16,9 @@ SHARED_BLOCK(FxaaParameters) {
 };
 
 const int kFxaaReach = 8;
-const float kFxaaContrast = 0.2f;  // of the brightest around: less is no edge
+const float kFxaaContrast = 0.2f;  // least contrast of an edge, relative to the brightest value
 
-// Relative, so that twice the light gives the same edges.
+// Contrast is relative, so that edges do not depend on exposure.
 SHARED_FN bool IsEdge(float lowest, float highest) {
   return highest - lowest > highest * kFxaaContrast;
 }
@@ -30,7 +30,7 @@ SHARED_FN float AcrossShare(float near, float far) {
   return max(0.5f - near / (near + far), 0.0f);
 }
 
-// Full below one sample, none from the fourth on.
+// 1 up to one sample, 0 from the fourth sample on.
 SHARED_FN float FxaaStrength(float length) {
   return clamp((4.0f - length) / 3.0f, 0.0f, 1.0f);
 }

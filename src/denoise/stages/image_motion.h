@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Part of select_guides: the motion of light that a rough surface reflects, pixel by pixel for all
-/// versions on the CPU: few pixels have it, and those read others around them.
+/// Part of select_guides: the motion of reflections on rough surfaces. All CPU versions share this
+/// scalar code, since few pixels need it and each reads its neighbours.
 #pragma once
 
 #include "denoise/stages/select_guides.h"
@@ -26,7 +26,8 @@ inline bool IsSameReflector(const ReflectorPixel& a, const ReflectorPixel& b) {
   return IsSameReflector(a.normal, a.id, b.normal, b.id);
 }
 
-/// What the image around a pixel moves by, less the surface.
+/// Sums the motions of the reflected image minus those of the surface, over 3x3 pixels of one
+/// reflector (AddImageMotion).
 inline vec4 SumImageMotions(const SelectGuidesInput& in, const ReflectorPixel& own, int x, int y) {
   const Guides& surface = *in.surface;
   vec4 sums(0.0f);
@@ -43,9 +44,9 @@ inline vec4 SumImageMotions(const SelectGuidesInput& in, const ReflectorPixel& o
   return sums;
 }
 
-/// The motion of the light of a pixel for which MayMoveWithImage, less that of the surface; 0 if
-/// the pixels around it show images that move differently, or if the history would not be on the
-/// same reflector. Surface and image have motions.
+/// The motion of the reflection minus that of the surface, at a pixel for which MayMoveWithImage is
+/// true; 0 if the reflected images around it move differently, or if the history would not be on
+/// the same reflector. Surface and image must have motion planes.
 inline vec2 ImageMotionOnSurface(const SelectGuidesInput& in, int x, int y) {
   const Guides& surface = *in.surface;
   const ReflectorPixel own = ReflectorAt(surface, x, y);

@@ -19,8 +19,8 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Marks mirrors, and stores the luminance of their samples for their neighbours: in planes with a
-/// border.
+/// Marks mirrors, and stores the luminance of their samples in a plane with a border, for access by
+/// neighbours.
 void FindMirrorRows(const KeepMirrorsInput& in, float mirror_roughness, int y0, int y1,
                     FilterPlanes* measured, Image1* valid) {
   const DF d;

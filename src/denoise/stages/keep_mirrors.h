@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// keep_mirrors: reflections keep this frame's samples where their noise is smaller than the error
-/// of the filter. Histories follow the motion of the mirror's surface, not that of the reflected
-/// image, so that sharp reflections become blurred and lag, although a mirror adds no noise.
-/// Source: none; the blend is the estimator of James and Stein (1961): the variance of the samples
-/// is measured within the frame, from the neighbours that are nearest in luminance (across an edge
-/// or along a texture some neighbour is similar, in noise none is); the squared bias of the
-/// filtered light is the excess of its squared difference from the samples over that variance. Both
-/// are means of three geometry-only wavelet levels, as in limit_history. Pixels whose roughness is
-/// above the limit are unchanged, bit for bit. No state. Border: that of these levels. Reads 36,
-/// writes 28 bytes per pixel and signal around the wavelet.
+/// of the filter. Histories follow the motion of the mirror's surface, not of the reflected image,
+/// so that sharp reflections are blurred and lag, although a mirror adds no noise. Source: none;
+/// the blend is the estimator of James and Stein (1961): the variance of the samples is measured
+/// within the frame, from the neighbours that are nearest in luminance (across an edge or along a
+/// texture some neighbour is similar, in noise none is); the squared bias of the filtered signal is
+/// the excess of its squared difference from the samples over that variance. Both are means of
+/// three geometry-only wavelet levels, as in limit_history. Pixels whose roughness is above the
+/// limit stay unchanged, bit for bit. No state. Border: as for these levels. Reads 36, writes 28
+/// bytes per pixel and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"

@@ -1,21 +1,21 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// keep_samples: pixels of several samples keep them where their noise is smaller than the error of
-/// the filter. The wavelet removes detail of light that it cannot tell from noise, and the history
-/// blurs it; what is removed does not become less with the number of samples, while their noise
-/// does: above some number the noisy picture would be better than the filtered one. The filtered
-/// light y is blended with this frame's light x. Source: James and Stein 1961; Green and
-/// Strawderman 1991, "A James-Stein type estimator for combining unbiased and possibly biased
-/// estimators": the squared bias of y is the excess of the mean of (x - y)^2 over the variance of
-/// x. Both are means of three geometry-only wavelet levels. The variance is known from the samples
-/// within pixels and from the history, of which the larger counts: rare bright samples are missing
-/// in most frames. As the noise goes to zero the result goes to x, so that it converges to the
-/// reference. Where the variance within pixels is estimated from those around (frames of other
-/// renderers), a pixel's deviation x - y is limited (ShareOfFiltered): means hide a rare bright
-/// sample, and single pixels would come back as specks. Pixels of one sample are unchanged, bit for
-/// bit. Departs from SVGF, which has no such stage. No state. Border: that of these levels. Reads
-/// 44, writes 28 bytes per pixel and signal around the wavelet.
+/// keep_samples: pixels with several samples keep them where their noise is smaller than the error
+/// of the filter. The wavelet removes detail that it cannot distinguish from noise, and the history
+/// blurs it. This bias does not decrease with the number of samples, while the noise does: above
+/// some number the noisy image would be better than the filtered one. The filtered signal y is
+/// blended with this frame's signal x. Source: James and Stein 1961; Green and Strawderman 1991, "A
+/// James-Stein type estimator for combining unbiased and possibly biased estimators": the squared
+/// bias of y is the excess of the mean of (x - y)^2 over the variance of x. Both are means of three
+/// geometry-only wavelet levels. The variance is the larger one of the estimate from the samples
+/// within pixels and the estimate from the history: rare bright samples are missing in most frames.
+/// As the noise goes to zero the result goes to x, and so converges to the reference. Where the
+/// variance within a pixel is estimated from its neighbours (frames of other renderers), the
+/// deviation x - y is limited (ShareOfFiltered): means hide a rare bright sample, and single pixels
+/// would return as specks. Pixels with one sample stay unchanged, bit for bit. Departs from SVGF,
+/// which has no such stage. No state. Border: as for these levels. Reads 44, writes 28 bytes per
+/// pixel and signal around the wavelet.
 #pragma once
 
 #include "denoise/planes.h"
@@ -33,8 +33,8 @@ struct KeepSamplesInput {
 };
 
 /// MeasureSamples: luminance of `measured` = squared difference of x and y, red = SampleNoise of x,
-/// variance = 0; valid = 1 for pixels of several samples on surfaces. KeepSamples: blends x into y;
-/// keep_mirrors does so too.
+/// variance = 0; valid = 1 for pixels of several samples on surfaces. KeepSamples: blends x into y,
+/// also for keep_mirrors.
 /// \param reach  KeepSamplesParameters::kept_reach
 /// \param blurred  `measured` after the wavelet levels; not read where `valid` is 0
 namespace reference {

@@ -31,7 +31,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Rows of values per pixel in the scratch memory, for both rows of the blocks.
+/// Rows in the scratch memory with one value per pixel, for both rows of the blocks.
 enum PixelRow {
   kPresent,
   kHistory,
@@ -43,7 +43,7 @@ enum PixelRow {
   kBoth,  ///< 1 where present and history exist
   kPixelRows
 };
-/// Then rows per block: the weights of its pixels.
+/// The following rows have one value per block: the weights of its pixels.
 constexpr int kWeightRow = 2 * kPixelRows;
 constexpr int kCompareRows = kWeightRow + 4;
 
@@ -67,8 +67,8 @@ void AddHistory(std::initializer_list<const Image1*> planes, const ReprojectionT
   AddTaps(taps, y + 1, next);
 }
 
-/// Fills the rows of one signal per pixel.
-/// \tparam kWithConfidence  with ReprojectionTaps::confidence
+/// Fills the rows of per-pixel values of one signal.
+/// \tparam kWithConfidence  whether ReprojectionTaps::confidence is given
 /// \return whether any pixel has both present and history
 template <bool kWithConfidence>
 bool ComparePixels(const NewLight& light, const SignalHistory& before, const ReprojectionTaps& taps,
@@ -150,7 +150,7 @@ bool ComparePixels(const NewLight& light, const SignalHistory& before, const Rep
     store(kBoth, one);
     any = any || !hn::AllFalse(d, both);
   }
-  both_row[width] = 0;  // of an odd width the last blocks have one column
+  both_row[width] = 0;  // with an odd width, the last blocks have one column
   return any;
 }
 
@@ -175,7 +175,7 @@ void AverageBlocks(const RowScratch& scratch, int by, int blocks, ComparedPlanes
     const MF valid = hn::Gt(sum, hn::Set(d, kLeastComparedWeight));
     const VF scale = hn::IfThenElseZero(valid, hn::Div(one, hn::IfThenElse(valid, sum, one)));
     const VF scale2 = hn::Mul(scale, scale);
-    // Rows without samples are not written: what they hold is masked.
+    // Rows without samples are not written; their content is masked.
     const auto mean = [&](PixelRow row) HWY_ATTR __attribute__((always_inline)) {
       const BlockValues v = load(row, bx);
       VF total = zero;
@@ -207,7 +207,7 @@ void AverageBlocks(const RowScratch& scratch, int by, int blocks, ComparedPlanes
   }
 }
 
-/// A row of blocks without light.
+/// Clears a row of blocks without samples.
 void ClearBlocks(int by, int blocks, ComparedPlanes* out) {
   for (Image1* plane :
        {&out->valid, &out->light.colour[0], &out->light.colour[1], &out->light.variance,
@@ -334,8 +334,8 @@ struct Slopes {
   VF x, y;
 };
 
-/// Of the compressed history at the blocks x, x + 1, ... Blocks without history, and those outside,
-/// have none.
+/// Slopes of the compressed history at the blocks x, x + 1, ...; zero along an axis if a neighbour
+/// has no history or is outside the image.
 HWY_INLINE Slopes SlopesAt(const ComparedPlanes& planes, int x, int y) {
   const DF d;
   const Image1& history = planes.compressed.colour[1];
@@ -396,8 +396,8 @@ void CorrectHistoryRows(const FilterPlanes& averaged, const LimitHistoryParamete
   }
 }
 
-/// Rows in the scratch memory: the four weights of each pixel of a row, even and odd ones apart,
-/// and the results.
+/// Rows in the scratch memory: the four weights of the even and of the odd pixels of a row, and the
+/// results.
 enum LimitRow { kBlockWeights, kRatioRow = 8, kBiasRow, kLimitRows };
 
 void LimitHistoryRows(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
@@ -450,7 +450,8 @@ void RescaleHistory(float scale, SignalHistory* history) {
 
 namespace {
 
-/// RelativeBias of a row of blocks after one of the levels, or what `bias` has, if that is larger.
+/// Raises `bias` to the RelativeBias of a row of blocks after one of the levels, where that is
+/// larger.
 void RaiseBias(const FilterPlanes& level, float dead, int y, float* bias) {
   const float* difference = level.colour[0].Row(y);
   const float* variance = level.colour[1].Row(y);

@@ -1,25 +1,26 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// correct_history and limit_history: what becomes of a history where the light itself has changed.
-/// Ours; PSVGF (section 7) proposes such a stage without a formula.
+/// correct_history and limit_history: adapt the history where the lighting itself has changed.
+/// Source: none; PSVGF (section 7) proposes a stage for this purpose, without a formula.
 ///
 /// Most change is smooth: a lamp comes nearer, a wall gets brighter, and the detail of the history
-/// stays right up to a factor. correct_history multiplies the history by the ratio of present to
+/// stays correct up to a factor. correct_history multiplies the history by the ratio of present to
 /// history, both averaged over some fifty pixels of the same surface, as far as their difference is
-/// significant. A lamp that dims changes its wide surroundings alike, by less than the noise of
-/// fifty pixels in each frame: so the change is averaged over 160 pixels first, and its
-/// significance is judged by the scatter of the changes in there. limit_history treats what is
-/// left, at the fronts of shadows above all: it compares the compressed luminances of present and
-/// corrected history over some twenty pixels; the excess of their squared difference over its
-/// expected noise estimates the squared bias, from which a Kalman gain determines the number of
-/// samples that such a history is worth. For signals with direct light it does so over some six
-/// pixels too: trails of highlights are narrower. The history holds the mean of compressed samples,
-/// not the compressed mean: a mean of few bright samples compresses to a higher value than the mean
-/// of the compressed samples, so that sparse light would always seem to change.
+/// significant. A dimming lamp changes its wide surroundings by a common factor, which is less than
+/// the noise of fifty pixels in each frame: the change is therefore averaged over 160 pixels first,
+/// and its significance is judged by the scatter of the averaged changes. limit_history treats the
+/// remaining changes, above all at shadow fronts: it compares the compressed luminances of present
+/// and corrected history over some twenty pixels; the excess of their squared difference over its
+/// expected noise estimates the squared bias, from which a Kalman gain determines the effective
+/// number of samples of the history. For signals with direct light the comparison is repeated over
+/// some six pixels, since trails of highlights are narrower. The history holds the mean of
+/// compressed samples, not the compressed mean: a mean of few bright samples compresses to a higher
+/// value than the mean of the compressed samples, so that sparse samples would always appear as a
+/// change.
 ///
 /// All averages are computed on a grid of half the resolution, by geometry-only wavelet levels with
-/// kernels of equal weights. Border of the full planes: that of the wavelet.
+/// kernels of equal weights. Border of the full-resolution planes: as for the wavelet.
 #pragma once
 
 #include <span>
@@ -31,15 +32,15 @@
 namespace stillray {
 
 /// Levels on the coarse grid of correct_history and of limit_history: equal weights over 27x27 and
-/// 9x9 blocks. With wider kernels in limit_history, changes of the light are detected later than
-/// lower noise would compensate.
+/// 9x9 blocks. With wider kernels in limit_history, changes of the light are detected later, which
+/// outweighs the lower noise.
 inline constexpr int kCorrectHistoryLevels = 3;
 inline constexpr int kLimitHistoryLevels = 2;
 inline constexpr int kComparedSteps[kCorrectHistoryLevels] = {1, 3, 9};
 inline AtrousLevel ComparedLevel(int level) {
   return {kAtrousGeometry, 1, kComparedSteps[level], /*box=*/true};
 }
-/// Averages the changes of the wide surroundings.
+/// The level that averages the changes over the wide surroundings.
 inline constexpr AtrousLevel kWideLevel = {kAtrousGeometry, 2, kWideStep, /*box=*/true};
 inline constexpr int kComparedBorder = kWideLevel.radius * kWideStep;
 
@@ -56,11 +57,11 @@ struct ComparedPlanes {
   /// samples; variance: expected noise of the difference.
   FilterPlanes compressed;
   FilterPlanes work;
-  FilterPlanes wide;  ///< LogChange (luminance) and its square (red); variance: of its weights
-  Image1 valid;       ///< 1 where both exist in some pixel of the block
-  Image1 ratio;       ///< HistoryRatio; 1 without either
-  Image1 bias;        ///< RelativeBias; 0 without either
-  float moving = 0;   ///< MovingLight; 0: still light
+  FilterPlanes wide;  ///< LogChange (luminance) and its square (red); variance: that of the weights
+  Image1 valid;       ///< 1 where a pixel of the block has both, else 0
+  Image1 ratio;       ///< HistoryRatio; 1 if present or history is missing
+  Image1 bias;        ///< RelativeBias; 0 if present or history is missing
+  float moving = 0;   ///< MovingLight; 0: static lighting
 
   ComparedPlanes() = default;
   ComparedPlanes(int width, int height)
@@ -77,7 +78,8 @@ struct ComparedPlanes {
   }
 };
 
-/// The inputs of one signal. The history is that of the last frame, fetched along the taps.
+/// The planes of one signal. `before` is the history of the last frame, to be fetched along the
+/// taps.
 struct ComparedSignal {
   const NewLight* light;
   const SignalHistory* before;
@@ -89,7 +91,8 @@ void RescaleHistory(float scale, SignalHistory* history);
 
 /// Before the levels of correct_history: fills `light`, `compressed` and `valid` with the means
 /// over the pixels of each 2x2 block that lie on the surface of its nearest pixel.
-/// \param roughness  kRoughnessOfImage where the guides are virtual; empty: nowhere
+/// \param roughness  kRoughnessOfImage where the guides are those of a virtual image; empty:
+///     nowhere
 /// \param coarse     inverse depth, normal and gradient of that surface, per block; border of
 ///     kComparedBorder
 namespace reference {
@@ -101,8 +104,8 @@ void CompareWithHistory(std::span<const ComparedSignal> signals, const Reproject
                         const GuidePlanes& guides, const Image1& roughness, GuidePlanes* coarse);
 }
 
-/// After the levels of correct_history: in `light` the input of kWideLevel, from the `averaged`
-/// light.
+/// After the levels of correct_history: computes the input of kWideLevel, in `light`, from the
+/// `averaged` planes.
 namespace reference {
 void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
 }
@@ -110,14 +113,14 @@ namespace cpu {
 void MeasureChange(const FilterPlanes& averaged, ComparedPlanes* planes);
 }
 
-/// After the levels of correct_history: how much the light moves, from the `averaged` light.
+/// After the levels of correct_history: computes MovingLight from the `averaged` planes.
 /// \param is_diffuse  the signal has diffuse light
 /// \return MovingLight
 float FindMovingLight(const FilterPlanes& averaged, bool is_diffuse, const ComparedPlanes& planes);
 
-/// Between the levels: the ratio from the `averaged` light and the `wide` change (1 if the
-/// parameters turn it off), and in `light` the input of limit_history's levels: compressed present
-/// minus corrected history (luminance), variance of single samples (red) and noise of the
+/// Between the levels: computes the ratio from the `averaged` planes and the `wide` change (1 if
+/// the parameters turn it off), and, in `light`, the input of limit_history's levels: compressed
+/// present minus corrected history (luminance), variance of single samples (red) and noise of the
 /// difference.
 namespace reference {
 void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& parameters,
@@ -128,22 +131,22 @@ void CorrectHistory(const FilterPlanes& averaged, const LimitHistoryParameters& 
                     ComparedPlanes* planes);
 }
 
-/// After the levels of limit_history: the bias, the larger one of both levels.
-/// \param blurred  the result
-/// \param fine     that of the first level; nullptr: the result alone counts
+/// After the levels of limit_history: the bias, the larger estimate of the two levels.
+/// \param blurred  output of the last level
+/// \param fine     output of the first level; nullptr: only `blurred` counts
 void MeasureBias(const FilterPlanes& blurred, const FilterPlanes* fine,
                  const LimitHistoryParameters& parameters, ComparedPlanes* planes);
 
-/// One signal on the coarse grid and the pixels.
+/// One signal, on the coarse grid and at full resolution.
 struct LimitedSignal {
   const ComparedPlanes* compared;
-  const Image1* samples;  ///< of the new light
+  const Image1* samples;  ///< of this frame
   Image1* ratio;          ///< result: HistoryRatio of pixels with samples, else 1
   Image1* bias;           ///< result: BiasOfFrame of pixels with samples, else 0
 };
 
-/// Interpolates ratio and bias to the pixels, from the blocks around them with a similar surface.
-/// From the bias, accumulate computes the length that the history may count for.
+/// Interpolates ratio and bias from the blocks with a similar surface to the pixels. From the bias,
+/// accumulate computes the limit of the history length.
 namespace reference {
 void LimitHistory(std::span<const LimitedSignal> signals, const GuidePlanes& coarse,
                   const GuidePlanes& guides);

@@ -96,7 +96,8 @@ struct Jittered {
   float noise;  ///< JitterNoise
 };
 
-/// Of a block. Blocks without history, and those outside, have no slope.
+/// JitterShift and JitterNoise of a block. The slope along an axis is zero if a neighbour has no
+/// history or is outside the image.
 Jittered JitteredAt(const ComparedPlanes& planes, const LimitHistoryParameters& p, int x, int y) {
   if ((p.jitter_x == 0 && p.jitter_y == 0) || !(planes.valid(x, y) > 0)) {
     return {0, 0};

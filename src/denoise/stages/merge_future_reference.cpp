@@ -19,7 +19,7 @@ void MergeFuture(const SignalHistory& history, const SignalHistory& future, Sign
         const float past = history.colour[c](x, y);
         out->colour[c](x, y) = past + share * (future.colour[c](x, y) - past);
       }
-      // A mixture of two sets of samples, as when new samples join a history.
+      // A mixture of two sets of samples, as in accumulate.
       out->variance(x, y) = MixedVariance(history.variance(x, y), d, future.variance(x, y), share);
       out->mean(x, y) = history.mean(x, y) + share * d;
       out->length(x, y) = history.length(x, y) + future.length(x, y);

@@ -11,8 +11,8 @@
 
 SHARED_BEGIN
 
-// Share of the future in the merged mean. The noise of each mean is its sum of squared weights
-// times the same variance of single samples: the best weights are in proportion to the inverse.
+// Share of the future in the merged mean. The variance of each mean is its sum of squared weights
+// times a common variance of single samples: the optimal weights are proportional to its inverse.
 SHARED_FN float FutureShare(float length, float weights2, float future_length,
                             float future_weights2) {
   float share = weights2 / max(weights2 + future_weights2, 1e-12f);

@@ -21,7 +21,7 @@
 #define STILLRAY_PREFILTER_VARIANCE_ONCE
 namespace stillray {
 
-/// A row and those above and below it.
+/// A row and the rows above and below it.
 template <typename T>
 struct ThreeRows {
   const T* row[3] = {};
@@ -52,20 +52,20 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// 1 2 1 of three values.
+/// Filters three values with (1 2 1).
 HWY_INLINE VF Smooth(VF before, VF centre, VF after) {
   const DF d;
   return hn::MulAdd(hn::Set(d, 2.0f), centre, hn::Add(before, after));
 }
 
-/// 1 2 1 down the columns.
+/// Filters the columns with (1 2 1).
 HWY_INLINE VF SmoothDown(const ThreeRows<float>& variance, int x) {
   const DF d;
   return Smooth(hn::LoadU(d, variance.row[0] + x), hn::LoadU(d, variance.row[1] + x),
                 hn::LoadU(d, variance.row[2] + x));
 }
 
-/// Sums of the variance over the pixels that have light, and of their weights.
+/// Weighted sum of the variance over the pixels with samples, and the sum of their weights.
 struct SmoothedLight {
   VF sum, weight;
 };
@@ -85,11 +85,11 @@ HWY_INLINE SmoothedLight SmoothLightDown(const ThreeRows<float>& variance,
 
 /// Work memory of a row.
 struct SmoothScratch {
-  float* sums;            ///< of the variance down the columns
-  uint32_t* full_around;  ///< of each block: it and those around it are full
+  float* sums;            ///< of the variance along the columns
+  uint32_t* full_around;  ///< per block: whether it and its neighbours are full
 };
 
-/// The variance of a row, smoothed or not.
+/// The variance of a row, optionally smoothed.
 class RowVariance {
  public:
   RowVariance(const VarianceRows& rows, bool smooth, int width, const SmoothScratch& scratch)
@@ -104,7 +104,7 @@ class RowVariance {
     }
   }
 
-  /// Whether all pixels x, x + 1, ... and their neighbours have light.
+  /// Whether all pixels x, x + 1, ... and their neighbours have samples.
   HWY_INLINE bool Full(int x) const { return scratch_.full_around[x / kBlockPixels] != 0; }
 
   HWY_INLINE VF At(int x) const { return smooth_ ? Smoothed(Full(x), x) : Own(x); }
@@ -112,7 +112,7 @@ class RowVariance {
   /// The pixels' own variance.
   HWY_INLINE VF Own(int x) const { return hn::LoadU(DF(), rows_.variance.row[1] + x); }
 
-  /// `value` where the pixels x, x + 1, ... have light, else `other`.
+  /// `value` where the pixels x, x + 1, ... have samples, else `other`.
   HWY_INLINE VF WhereLit(int x, VF value, VF other) const {
     const DF d;
     const VF valid = hn::LoadU(d, rows_.valid.row[1] + x);
@@ -120,13 +120,13 @@ class RowVariance {
   }
 
  private:
-  /// Whether a block and those above and below it are full.
+  /// Whether a block and the blocks above and below it are full.
   uint32_t Column(int block) const {
     const auto& row = rows_.full.row;
     return row[0][block] & row[1][block] & row[2][block];
   }
-  /// The variance, 1 2 1 down and across, over the pixels that have light.
-  /// \param full  all neighbours have light
+  /// The variance, filtered with (1 2 1) x (1 2 1) over the pixels with samples.
+  /// \param full  all neighbours have samples
   HWY_INLINE VF Smoothed(bool full, int x) const {
     const DF d;
     if (full) {
@@ -206,7 +206,7 @@ NextRow<8> NextRowOf(const PrefilterVarianceInput& in, const PrefilterVariancePa
 void PrefilterVarianceRows(const PrefilterVarianceInput& in, const PrefilterVarianceParameters& all,
                            int y0, int y1, Image1* factor) {
   const DF d;
-  const PrefilterVarianceParameters p = all;  // a copy: stores could change `all`
+  const PrefilterVarianceParameters p = all;  // a local copy, since stores might alias `all`
   const int width = factor->width();
   const RowScratch scratch(width, 2);
   for (int y = y0; y < y1; ++y) {

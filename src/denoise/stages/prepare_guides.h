@@ -5,8 +5,8 @@
 /// and PSVGF section 4.4.2 need the slope of the depth, and compute it by screen-space derivatives.
 /// Departs from them: the slope is that of inverse depth, which is constant over a plane, from
 /// one-sided differences that do not cross edges. No state. Border: 1 pixel. Reads 24, writes 36
-/// bytes per pixel, or 28 with packed normals: everything else is then computed from the rounded
-/// ones.
+/// bytes per pixel, or 28 with packed normals: turns and gradients are then computed from the
+/// rounded normals.
 #pragma once
 
 #include "denoise/planes.h"

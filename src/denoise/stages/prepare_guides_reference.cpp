@@ -13,7 +13,8 @@ bool IsFinite(const Image3& image, int x, int y) {
          std::isfinite(image[2](x, y));
 }
 
-/// 1 / z and unit normal of valid surfaces, else zero. Returns whether the guides are bad.
+/// Stores 1 / z and unit normal of valid surfaces, else zero. \return whether the guides are
+/// invalid
 bool ConvertPixel(const PrepareGuidesInput& in, int x, int y, GuidePlanes* out) {
   const float z = (*in.depth)(x, y);
   const bool finite_normal = IsFinite(*in.normal, x, y);

@@ -14,9 +14,9 @@ SHARED_BEGIN
 // Neighbours whose normals differ by more than this (25 degrees) are not used for the slope.
 const float kGradientMinCosine = 0.906f;
 
-// Slope of inverse depth along one axis from the differences to both neighbours. A neighbour on
-// another surface does not count; of two the smaller difference is taken, since an edge that the
-// ids do not show can only make a difference too large.
+// Slope of inverse depth along one axis from the differences to both neighbours. Neighbours on
+// other surfaces are excluded. Of two valid differences the smaller is used, since an edge within
+// one id can only make a difference too large.
 SHARED_FN float OneSidedGradient(float before, float centre, float after, float before_ok,
                                  float after_ok) {
   float backward = centre - before;
@@ -27,8 +27,8 @@ SHARED_FN float OneSidedGradient(float before, float centre, float after, float 
 }
 
 // The square of the angle by which the normal turns per pixel, from the cosines to the normals of
-// the four neighbours. Of two opposite neighbours the more similar one counts, so that an edge
-// beside a flat surface does not make it curved.
+// the four neighbours. Of two opposite neighbours the more similar one counts, so that a flat
+// surface beside an edge does not count as curved.
 SHARED_FN float SquaredTurn(float left, float right, float up, float down) {
   // 1 - cos a = a^2 / 2
   return 2.0f * max(2.0f - max(left, right) - max(up, down), 0.0f);

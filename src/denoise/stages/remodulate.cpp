@@ -23,7 +23,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// What multiplies a channel of a signal.
+/// The factor of a channel of a signal.
 HWY_INLINE VF AlbedoFactor(const AlbedoSum& albedo, int c, int x, int y) {
   const DF d;
   VF factor = hn::Set(d, 1.0f);
@@ -46,7 +46,8 @@ HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y
   const int channel = albedo.channel;
   if (channel >= 0) {
     const VF value = hn::LoadU(d, light[0].Row(y) + x);
-    for (int c = 0; c < 3; ++c) {  // no variable index, which would keep sums in memory
+    for (int c = 0; c < 3;
+         ++c) {  // a constant index, since a variable one would keep sums in memory
       sum[c] = c == channel ? hn::MulAdd(value, AlbedoFactor(albedo, c, x, y), sum[c]) : sum[c];
     }
     return;
@@ -59,9 +60,9 @@ HWY_INLINE void AddRadiance(const SignalLight& signal, bool rec601, int x, int y
   }
 }
 
-/// \tparam kAtOnce  the output is read at once, so it should stay in the caches
+/// \tparam kAtOnce  the output is read immediately, and should stay in the caches
 /// \param next      rows to prefetch
-/// \param to        the row of the picture
+/// \param to        [out] the row of the image
 template <bool kAtOnce>
 HWY_INLINE int64_t RowInto(const PictureParts& parts, const NextRow<64>& next, int width, int y,
                            float* const to[3]) {

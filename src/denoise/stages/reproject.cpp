@@ -32,7 +32,7 @@ struct Target {
   VF nx, ny, nz, i, gx, gy, px, py;
   VF allowed;  ///< largest difference of inverse depth due to slope and jitter
   VU id;
-  MF used;  ///< surfaces whose history is in the picture or next to it
+  MF used;  ///< surfaces whose history is inside the image or next to it
 };
 
 /// The guides of a tap.
@@ -41,7 +41,7 @@ struct TapGuides {
   VU id;
 };
 
-/// Lanes whose tap, at (dx, dy) from the previous positions, shows the same surface.
+/// Lanes whose tap, at (dx, dy) from the previous positions, shows the expected surface.
 HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF dy,
                                const ReprojectParameters& p) {
   const DF d;
@@ -60,8 +60,8 @@ HWY_INLINE MF ShowsSameSurface(const Target& t, const TapGuides& tap, VF dx, VF 
   return same;
 }
 
-/// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), is in the picture and
-/// shows the same surface.
+/// Lanes whose tap, the one at (cx, cy) of the block that starts at (bx, by), is inside the image
+/// and shows the expected surface.
 template <bool kPacked>
 HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int cy, VI bx, VI by,
                          const ReprojectParameters& p) {
@@ -96,9 +96,9 @@ HWY_INLINE MF TapMatches(const Target& t, const GuidePlanes& before, int cx, int
   return hn::And(hn::And(ShowsSameSurface(t, tap, dx, dy, p), hn::RebindMask(d, inside)), t.used);
 }
 
-/// Rows of the last frame's guides from one pixel on, which are `stride` apart.
+/// Rows of the last frame's guides, starting at one pixel; the rows are `stride` apart.
 struct GuidesFrom {
-  const uint32_t* packed_normal;  ///< in place of the next three
+  const uint32_t* packed_normal;  ///< if not nullptr, replaces nx, ny and nz
   const float* nx;
   const float* ny;
   const float* nz;
@@ -123,7 +123,7 @@ HWY_INLINE GuidesFrom FromPixel(const GuidePlanes& g, int x, int y) {
   return from;
 }
 
-/// The same for adjacent taps that are all in the picture; (cx, cy) as numbers is enough.
+/// TapMatches for contiguous taps that are all inside the image, with scalar (cx, cy).
 template <bool kPacked>
 HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int cy, VF dx, VF dy,
                            const ReprojectParameters& p) {
@@ -146,7 +146,8 @@ HWY_INLINE MF BlockMatches(const Target& t, const GuidesFrom& from, int cx, int 
   return hn::And(ShowsSameSurface(t, tap, dx, dy, p), t.used);
 }
 
-/// \param found  lanes with taps; lanes in `own` have theirs at the pixel itself
+/// \param found  lanes with taps
+/// \param own    lanes whose tap is the pixel itself
 HWY_INLINE TapPattern PatternOf(MF found, MF own, VU search, MF in_row) {
   const DF d;
   const DU du;
@@ -164,7 +165,7 @@ HWY_INLINE TapPattern PatternOf(MF found, MF own, VU search, MF in_row) {
                                                          : TapPattern::kGather;
 }
 
-/// The row that a pixel of row y reads, approximately, for prefetching.
+/// The approximate row that a pixel of row y reads, for prefetching.
 int RowSeen(int y, float motion) {
   return y + (std::abs(motion) < 1e4f ? static_cast<int>(std::floor(motion)) : 0);
 }
@@ -173,15 +174,15 @@ int TapLanes() {
   return LaneCount();
 }
 
-/// Rows of this frame with the previous positions of its pixels.
+/// The guides of a row of this frame.
 struct RowNow {
   GuidesOfRow guides;
   const float* mx;
   const float* my;
-  const float* previous[3];  ///< normals one frame ago; nullptr: not given
+  const float* previous[3];  ///< Guides::previous_normal; nullptr: not given
 };
 
-/// Replaces the normals by those of the last frame where they are given: HistoryNormal.
+/// Replaces the normals by HistoryNormal.
 HWY_INLINE void TurnBack(const RowNow& now, int x, Target* t) {
   const DF d;
   const VF px = hn::LoadU(d, now.previous[0] + x);
@@ -196,7 +197,7 @@ HWY_INLINE void TurnBack(const RowNow& now, int x, Target* t) {
   t->nz = hn::IfThenElse(given, hn::Mul(pz, scale), t->nz);
 }
 
-/// \param window  room for unpacked normals
+/// \param window  work memory for unpacked normals
 GuidesOfRow GuidesOf(const GuidePlanes& g, int y, NormalWindow* window) {
   const NormalRows normals = NormalsAround(g, y, window);
   return {{normals.x, normals.y, normals.z},
@@ -239,7 +240,7 @@ struct Taps {
   VI x, y;
   VF weight[4];
   VF sum;        ///< of the weights
-  bool between;  ///< some motion is not a whole number of pixels
+  bool between;  ///< some motion is not an integer number of pixels
 };
 
 template <bool kPacked>
@@ -265,7 +266,7 @@ HWY_INLINE Taps FindBilinear(const Target& t, const GuidePlanes& before,
   taps.x = hn::ConvertTo(di, fx);
   taps.y = hn::ConvertTo(di, fy);
   taps.weight[1] = taps.weight[2] = taps.weight[3] = zero;
-  // If motion is zero, or whole pixels, the other three weights are zero.
+  // If motion is an integer number of pixels, the other three weights are zero.
   taps.between = !hn::AllTrue(d, hn::And(hn::Eq(u, zero), hn::Eq(v, zero)));
   const int count = taps.between ? 4 : 1;
   const SideBySide block = FindSideBySide(taps.x, taps.y, t.used);
@@ -346,7 +347,8 @@ void TapsOfRow(const GuidesOfRow& now, const GuidePlanes& before, const Image2& 
     next.Fetch(x);
     const Target t = LoadTarget(row, x, y, width, height);
     Taps taps = FindBilinear<kPacked>(t, before, p);
-    // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
+    // Taps with a tiny weight are unreliable: normalisation would scale the weight up by more than
+    // a hundred.
     const MF found = hn::Gt(taps.sum, hn::Set(d, 0.01f));
     const VF scale = hn::IfThenElseZero(found, hn::Div(one, hn::IfThenElse(found, taps.sum, one)));
     VU search = hn::Zero(du);

@@ -3,17 +3,16 @@
 
 /// reproject: finds each pixel's history in the previous frame, and fetches it. Source: SVGF
 /// section 4.1: 2x2 bilinear taps, each tested for the same surface (depth, normal, id) and for
-/// lying inside the picture, weights renormalised over those that pass (or the nearest tap alone);
-/// if none passes, the 3x3 taps around the position are averaged; if none of those passes, there is
+/// lying inside the image, weights renormalised over the taps that pass (or the nearest tap alone);
+/// if none passes, the 3x3 taps around the position are averaged; if none of these passes, there is
 /// no history (disocclusion). Departs: depth is tested against the plane through the pixel, with a
-/// tolerance for the distance travelled in one frame. The whole history is fetched with the same
-/// taps and weights, except that taps without light (below one sample per pixel) only count for the
-/// length. The normal test needs no matrices of objects, in whose space the paper compares normals:
-/// the caller may give the normal that a point had in the previous frame (HistoryNormal). The
-/// caller may also give the confidence in the light: the fetched length is ConfidentLength, and
-/// where the confidence is 0 no light is fetched; the taps, and so disocclusions, are the same.
-/// Border: none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4 x 28,
-/// writes 28.
+/// tolerance for the distance travelled in one frame. All planes of the history are fetched with
+/// the same taps and weights, except that taps without samples (below one sample per pixel) only
+/// contribute to the length. The paper compares normals in object space; here the caller may give
+/// the normal of the point in the previous frame instead (HistoryNormal). The caller may also give
+/// the confidence in the last frame's radiance: the fetched length is ConfidentLength, and where
+/// the confidence is 0 no radiance is fetched; taps and disocclusions do not depend on it. Border:
+/// none. FindTaps reads 56, writes 28 bytes per pixel; FetchHistory reads 28 and 4 x 28, writes 28.
 #pragma once
 
 #include "denoise/planes.h"

@@ -8,7 +8,7 @@
 namespace stillray::reference {
 namespace {
 
-/// \param normal  that the pixel's history shows
+/// \param normal  expected normal of the pixel's history
 bool TapMatches(const GuidePlanes& now, const GuidePlanes& before, int x, int y, vec3 normal,
                 vec2 place, int tx, int ty, const ReprojectParameters& p) {
   if (tx < 0 || ty < 0 || tx >= before.id.width() || ty >= before.id.height()) {
@@ -33,7 +33,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
     for (int x = 0; x < width; ++x) {
       const vec2 place = {static_cast<float>(x) + motion[0](x, y),
                           static_cast<float>(y) + motion[1](x, y)};
-      // Also false for NaN. More than one pixel outside, no tap is inside.
+      // Also false for NaN. Farther than one pixel outside the image, no tap is inside.
       const bool near_picture = place.x > -2.0f && place.y > -2.0f &&
                                 place.x < static_cast<float>(width) + 1.0f &&
                                 place.y < static_cast<float>(height) + 1.0f;
@@ -65,7 +65,8 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
       }
       taps->x(x, y) = bx;
       taps->y(x, y) = by;
-      // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
+      // Taps with a tiny weight are unreliable: normalisation would scale the weight up by more
+      // than a hundred.
       if (sum > 0.01f) {
         for (int i = 0; i < 4; ++i) {
           taps->weight[i](x, y) = weight[i] / sum;
@@ -92,7 +93,7 @@ void FindTaps(const GuidePlanes& now, const GuidePlanes& before, const Image2& m
 
 namespace {
 
-/// Weighted mean of the taps; with `light_only` of those that have light.
+/// Weighted mean of the taps; with `light_only` of those with samples.
 float Fetch(const Image1& plane, const Image1& length, const ReprojectionTaps& taps,
             bool light_only, int x, int y) {
   const int bx = taps.x(x, y);

@@ -16,20 +16,21 @@ SHARED_BLOCK(RestoreDetailParameters) {
   float alpha_min;     // smallest weight of a frame in the mean residual
 };
 
-// Share of the variance of samples in the scale of a pixel. Without it pixels with next to no light
-// would outweigh all others.
+// Share of the samples' variance in the scale of a pixel. Without it nearly black pixels would
+// outweigh all others.
 const float kDetailNoise = 0.1f;
 
 const float kLeastDetailScale = 1e-15f;
 
-// Largest residual in units of the scale; a product of two is squared.
+// Largest residual in units of the scale; low enough that the square of a product of two stays
+// finite.
 const float kMostDetail = 1e4f;
 
 // Samples up to which the mean residual is a plain mean, whatever alpha_min is.
 const float kMostResidualSamples = 65536.0f;
 
-// The unit in which the residuals of a pixel count: every pixel of a region has about the same
-// weight, bright or dark. `variance` is that of single samples.
+// The unit of a pixel's residuals, which gives bright and dark pixels of a region about equal
+// weight. `variance` is the variance of single samples.
 SHARED_FN float DetailScale(float filtered, float variance) {
   return max(sqrt(filtered * filtered + kDetailNoise * variance), kLeastDetailScale);
 }
@@ -38,9 +39,9 @@ SHARED_FN float ScaledDetail(float residual, float scale) {
   return clamp(residual / scale, -kMostDetail, kMostDetail);
 }
 
-// The variance of a mean residual of `length` samples: of a plain mean, later of an exponential
-// average of frames with `samples` each, of which this frame's count is typical. The filtered light
-// in it has little noise.
+// The variance of a mean residual of `length` samples: first that of a plain mean, later that of an
+// exponential average of frames with `samples` samples each (the count of this frame). The noise of
+// the filtered signal in the residual is neglected.
 SHARED_FN float ResidualVariance(float variance, float samples, float length, float alpha_min) {
   const float of_average = alpha_min / ((2.0f - alpha_min) * max(samples, 1.0f));
   return variance * max(1.0f / length, of_average);
@@ -48,9 +49,11 @@ SHARED_FN float ResidualVariance(float variance, float samples, float length, fl
 
 // The factor of the mean residual m of earlier frames that has the least squared error against the
 // residuals r of this frame is E(m r) / E(m^2): the noise of r is independent of m and cancels in
-// E(m r). Only few samples are around a pixel, so that the ratio is uncertain and would let noise
-// pass where there is no detail. There E(m^2) is the variance of m's noise: the Wiener filter of m
-// gives 0. \param product E(m r), square E(m^2), noise variance of m. \return 0..1
+// E(m r). The means are over few samples, so that this ratio is uncertain and would let noise pass
+// where there is no detail. Without detail E(m^2) is the variance of m's noise, and the Wiener
+// filter of m gives 0.
+// \param product, square, noise  E(m r), E(m^2), variance of m's noise
+// \return 0..1
 SHARED_FN float DetailShare(float product, float square, float noise) {
   if (!(product > 0.0f && square > noise)) {
     return 0.0f;

@@ -23,11 +23,11 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Rows in the scratch memory of the block means: the weights of a block's pixels, and zeros, which
-/// stand for a row below the picture.
+/// Rows in the scratch memory of the block means: the weights of a block's pixels, and zeros in
+/// place of a row below the image.
 enum MeanRow { kPixelWeights, kNoRow = 4, kMeanRows };
 
-/// The plane's values at a row of blocks, whose lower row may lie below the picture.
+/// The plane's values at a row of blocks, whose lower pixel row may be outside the image.
 HWY_INLINE BlockValues LoadLight(const Image1& plane, int by, const RowScratch& scratch, int bx) {
   const bool has_lower = 2 * by + 1 < plane.height();
   return LoadBlocks(plane.Row(2 * by), has_lower ? plane.Row(2 * by + 1) : scratch.Row(kNoRow), bx);
@@ -48,7 +48,7 @@ void MeasureBlocks(const EnergySignal& signal, int by, const RowScratch& scratch
     VF after = zero;
     VF sum = zero;
     for (int k = 0; k < 4; ++k) {
-      // Of an odd width the last block has one column.
+      // With an odd width, the last block has one column.
       const VF x = hn::MulAdd(hn::Iota(d, static_cast<float>(bx)), hn::Set(d, 2.0f),
                               hn::Set(d, static_cast<float>(k & 1)));
       const MF known =
@@ -103,7 +103,7 @@ void RestoreRows(std::span<const RestoredSignal> signals, const GuidePlanes& coa
       for (int x = 0; x < width; x += LaneCount()) {
         const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
         if (hn::AllTrue(d, hn::Eq(ratio, hn::Set(d, 1.0f)))) {
-          continue;  // nothing is missing in large parts of a picture
+          continue;  // the ratio is 1 in large parts of an image
         }
         for (int c = 0; c < 3; ++c) {
           float* row = (*signal.light)[c].Row(y);

@@ -1,19 +1,19 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// restore_energy: filtered indirect diffuse light becomes as bright as the light that was
-/// filtered, over some fifty pixels of the same surface. Its samples are few and bright: the
-/// wavelet's luminance weights refuse them, and clip_outliers removes what is left of them, so that
-/// the picture gets darker, by 5 to 20 % of this light on the built-in scenes. The mean of the
-/// samples has no such bias. So the filtered light is multiplied by the ratio of both means, as far
-/// as their difference is significant, in the manner of correct_history. Each block's share of the
-/// noise is the squared difference of its own means, so that a single bright sample changes
-/// nothing. Reflections are left out: their detail is finer than the means. Source: none; twicing
-/// (Tukey, Exploratory Data Analysis, 1977) at one coarse scale.
+/// restore_energy: gives filtered indirect diffuse radiance the mean of its input, over some fifty
+/// pixels of the same surface. Its samples are few and bright: the wavelet's luminance weights
+/// reject them, and clip_outliers removes the remaining ones, which darkens this radiance by 5 to
+/// 20 % on the built-in scenes. The mean of the samples is unbiased. The filtered radiance is
+/// therefore multiplied by the ratio of the means before and after the filter, as far as their
+/// difference is significant, as in correct_history. Each block's share of the noise is the squared
+/// difference of its own means, so that a single bright sample has no effect. Reflections are
+/// excluded: their detail is finer than the means. Source: none; twicing (Tukey, Exploratory Data
+/// Analysis, 1977) at one coarse scale.
 ///
 /// Means are computed on the coarse grid of limit_history and by its levels. No state. Border of
-/// the full planes: 1 pixel of guides. Reads 28 and writes 12 bytes per pixel and signal, beside
-/// the guides.
+/// the full-resolution planes: 1 pixel of guides. Reads 28 and writes 12 bytes per pixel and
+/// signal, beside the guides.
 #pragma once
 
 #include <span>
@@ -24,21 +24,21 @@
 namespace stillray {
 
 struct EnergySignal {
-  const Image1* accumulated;  ///< luminance of the light before the wavelet
-  const Image1* filtered;     ///< and after it
-  const Image1* length;       ///< of the history; only pixels with samples have energy
+  const Image1* accumulated;  ///< luminance before the wavelet
+  const Image1* filtered;     ///< luminance after it
+  const Image1* length;       ///< history length; pixels of length 0 are skipped
   ComparedPlanes* out;
 };
 
-/// One signal on the coarse grid and the pixels.
+/// One signal, on the coarse grid and at full resolution.
 struct RestoredSignal {
   const ComparedPlanes* compared;
-  LumaImage3* light;  ///< is multiplied by the ratio
+  LumaImage3* light;  ///< [in,out] multiplied by the ratio
 };
 
-/// Before the levels: fills `light` and `valid` with the means of the accumulated light (luminance)
-/// and of the filtered light (red) over the pixels of each 2x2 block that lie on the surface of its
-/// nearest pixel, and with EnergyNoise (variance).
+/// Before the levels: fills `light` and `valid` with the means of the accumulated luminance
+/// (luminance) and of the filtered luminance (red) over the pixels of each 2x2 block that lie on
+/// the surface of its nearest pixel, and with EnergyNoise (variance).
 /// \param coarse  inverse depth, normal and gradient of that surface, per block; border of
 ///     kComparedBorder
 namespace reference {
@@ -50,10 +50,10 @@ void MeasureEnergy(std::span<const EnergySignal> signals, const GuidePlanes& gui
                    GuidePlanes* coarse);
 }
 
-/// Between levels and pixels: the ratio from the `averaged` light.
+/// Between MeasureEnergy's levels and RestoreEnergy: the ratio from the `averaged` planes.
 void FindEnergyRatio(const FilterPlanes& averaged, ComparedPlanes* planes);
 
-/// Multiplies the light by the ratio, interpolated from the blocks around each pixel with a similar
+/// Multiplies each pixel by the ratio, interpolated from the blocks around it with a similar
 /// surface.
 namespace reference {
 void RestoreEnergy(std::span<const RestoredSignal> signals, const GuidePlanes& coarse,

@@ -9,14 +9,14 @@
 
 SHARED_BEGIN
 
-// Squared difference of the means of a block before and after the filter: its own estimate of the
-// noise of the difference, and no smaller than it.
+// Squared difference of the means of a block before and after the filter, which is the estimate of
+// the difference's noise.
 SHARED_FN float EnergyNoise(float accumulated, float filtered) {
   float d = accumulated - filtered;
   return d * d;
 }
 
-// Ratio of accumulated to filtered light from their means over a neighbourhood.
+// Ratio of accumulated to filtered luminance, from their means over a neighbourhood.
 SHARED_FN float EnergyRatio(float accumulated, float filtered, float noise) {
   return ShrunkenRatio(accumulated, filtered, noise);
 }

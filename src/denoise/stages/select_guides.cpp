@@ -21,7 +21,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// The vectors at the same place of the planes of an image.
+/// Vectors of all planes of an image at one position.
 template <int N>
 struct Vectors {
   VF v[N];
@@ -61,7 +61,7 @@ HWY_INLINE MF HasNoLightAt(const SelectGuidesInput& in, int x, int y) {
                  hn::And(hn::Le(albedo.v[1], zero), hn::Le(albedo.v[2], zero)));
 }
 
-/// Moves the light of rough surfaces in pixels x, x + 1, ... with what they reflect.
+/// Sets the motion of rough surfaces at the pixels x, x + 1, ... to that of their reflections.
 HWY_INLINE void MoveWithImages(const SelectGuidesInput& in, const SelectGuidesParameters& p, int x,
                                int y, Image2* motion) {
   const DF d;
@@ -114,8 +114,8 @@ HWY_INLINE void SelectAlbedoAt(const SelectGuidesInput& in, MF shows, int x, int
   }
 }
 
-/// Writes the normal of the image, if it is one, times `factor` where the mask is true, else that
-/// of the surface.
+/// Writes the normal of the virtual image, if valid, times `factor` where the mask is true, else
+/// the normal of the surface.
 HWY_INLINE void SelectNormalAt(const SelectGuidesInput& in, MF shows, float factor, int x, int y,
                                Image3* out) {
   const DF d;

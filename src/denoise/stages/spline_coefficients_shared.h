@@ -12,7 +12,7 @@
 SHARED_BEGIN
 
 // The inverse of the B-spline's samples (1, 4, 1) / 6: sqrt(3) z^|k| with z = sqrt(3) - 2. The last
-// weight stands for those beyond it, so that the sum is 1.
+// weight includes the cut-off ones, so that the sum is 1.
 const int kSplineRadius = 4;
 const float kSplineWeight0 = 1.7320508f;
 const float kSplineWeight1 = -0.46410162f;

@@ -23,7 +23,7 @@ namespace HWY_NAMESPACE {
 namespace {
 
 /// Sums one channel of a row.
-/// \param low, high  the range of each column so far
+/// \param low, high  [in,out] the range of each column
 void SumRow(std::span<const Image3* const> albedos, int c, int y, Image1* sum, float* low,
             float* high) {
   const DF d;
@@ -33,7 +33,7 @@ void SumRow(std::span<const Image3* const> albedos, int c, int y, Image1* sum, f
     VF total = zero;
     for (const Image3* albedo : albedos) {
       const VF value = hn::LoadU(d, (*albedo)[c].Row(y) + x);
-      // Infinity and NaN minus themselves are NaN.
+      // Infinity and NaN minus themselves are NaN, and fail the comparison.
       const MF finite = hn::Eq(hn::Sub(value, value), zero);
       total = hn::Add(total, hn::Max(hn::IfThenElseZero(finite, value), zero));
     }
@@ -68,7 +68,7 @@ void SumBlockRows(std::span<const Image3* const> albedos, int y0, int y1, Summed
   }
 }
 
-/// The ranges of the 3x3 blocks around those of the rows y0..y1.
+/// The ranges over 3x3 blocks, for the rows y0..y1 of blocks.
 void SpreadRows(int y0, int y1, SummedAlbedo* out) {
   const DF d;
   const int blocks = out->low.width();
@@ -99,14 +99,14 @@ HWY_AFTER_NAMESPACE();
 namespace stillray {
 namespace {
 
-/// An empty range, which the border of a plane of blocks keeps.
+/// Fills a plane, with its border, with the lower end of an empty range.
 void FillWithFarthest(Image1* plane) {
   for (int y = -1; y <= plane->height(); ++y) {
     std::fill_n(plane->Row(y) - 1, plane->width() + 2, std::numeric_limits<float>::max());
   }
 }
 
-/// The ranges of the images' depths in the blocks y0..y1.
+/// The ranges of the virtual images' depths in the rows y0..y1 of blocks.
 void FindImageRanges(const Image1& images, int y0, int y1, SummedAlbedo* out) {
   for (int by = y0; by < y1; ++by) {
     const int end = std::min((by + 1) * kAlbedoBlock, images.height());
@@ -128,7 +128,7 @@ void FindImageRanges(const Image1& images, int y0, int y1, SummedAlbedo* out) {
   }
 }
 
-/// Marks the pixels of a block that show an image beside another one.
+/// Marks the pixels of a block for which IsBesideImage is true.
 void MarkBlock(const Image1& images, int bx, int by, SummedAlbedo* out) {
   float nearest = std::numeric_limits<float>::max();
   float farthest = 0;
@@ -176,7 +176,7 @@ SummedAlbedo::SummedAlbedo(int width, int height)
       high(AlbedoBlocks(width), AlbedoBlocks(height)),
       block_low(AlbedoBlocks(width), AlbedoBlocks(height), 1),
       block_high(AlbedoBlocks(width), AlbedoBlocks(height), 1) {
-  // The border stays; zeros of `block_high` are an empty range already.
+  // The border keeps these values; the zeros of `block_high` are the upper end of an empty range.
   for (int c = 0; c < 3; ++c) {
     FillWithFarthest(&block_low[c]);
   }

@@ -8,7 +8,7 @@
 namespace stillray::reference {
 namespace {
 
-/// Marks pixels that show an image beside another one.
+/// Marks the pixels for which IsBesideImage is true.
 void MarkImages(const Image1& images, Image1* beside) {
   const int width = images.width();
   const int height = images.height();

@@ -11,24 +11,25 @@
 
 SHARED_BEGIN
 
-// The range of the albedo is that of blocks of this many pixels a side, with the blocks next to
-// them.
+// The range of the albedo is computed per block of this many pixels along a side, over the block
+// and its eight neighbours.
 const int kAlbedoBlock = 4;
 SHARED_FN int AlbedoBlocks(int size) {
   return (size + kAlbedoBlock - 1) / kAlbedoBlock;
 }
 
-// Images whose depths differ by no more than this factor are those of one surface.
+// Virtual images whose depths differ by at most this factor are images of one surface.
 const float kOneImage = 1.05f;
 
-// Whether a pixel that shows an image has another one, or none, in these blocks. Depths of the
-// images, 0 for pixels without: of the pixel, and the range in the blocks.
+// Whether the blocks around a pixel with a virtual image contain another virtual image, or pixels
+// without one. image: depth of the pixel's virtual image; nearest, farthest: range of the depths in
+// the blocks, 0 for pixels without virtual image.
 SHARED_FN bool IsBesideImage(float image, float nearest, float farthest) {
   return image > 0.0f && farthest > kOneImage * nearest;
 }
 
-// The same of binary logarithms, which halves can hold of depths in any unit: kNoImage for pixels
-// without.
+// As IsBesideImage, from binary logarithms of the depths, which half precision can store in any
+// unit; kNoImage for pixels without virtual image.
 const float kNoImage = -1000.0f;
 const float kFarthestImage = 100.0f;
 const float kLogOneImage = 0.0703893278f;  // of kOneImage

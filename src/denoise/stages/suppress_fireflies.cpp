@@ -21,7 +21,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Luminance at pixels of the row that have light, -1 elsewhere.
+/// Luminance of pixels with samples, -1 elsewhere.
 void PresentLuminanceRows(const LumaImage3& in, const Image1& samples, int y0, int y1,
                           Image1* out) {
   const DF d;

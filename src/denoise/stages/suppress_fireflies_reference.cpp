@@ -9,7 +9,7 @@
 namespace stillray::reference {
 namespace {
 
-/// Luminance of the brightest neighbour that has light; infinity if there is none.
+/// Luminance of the brightest neighbour with samples; infinity if there is none.
 float BrightestNeighbour(const LumaImage3& in, const Image1& samples, int x, int y) {
   float brightest = -1;
   for (int dy = -1; dy <= 1; ++dy) {

@@ -11,9 +11,10 @@
 
 SHARED_BEGIN
 
-// The luminance up to which compression leaves light as it is; a sample counts for twice as much at
-// most. Reinhard's curve, which bends everywhere, makes the mean of noisy light too dark (by a
-// quarter of builtin:lights at one sample per pixel); of samples below the knee the mean is exact.
+// The luminance up to which compression is the identity; compressed luminance is at most twice
+// this. Reinhard's curve, which is nonlinear everywhere, makes means of noisy radiance too dark (by
+// a quarter in builtin:lights at one sample per pixel); the mean of samples below the knee is
+// exact.
 const float kKnee = 32.0f;
 
 // Factor of a colour of luminance l: it approaches 2 kKnee / l. Value and slope are continuous.
@@ -22,14 +23,14 @@ SHARED_FN float CompressScale(float l) {
   return part * (2.0f - part);
 }
 
-// The inverse factor, of the compressed luminance. Light is limited to 1000 knees: beyond, halves
-// cannot represent the difference to the limit.
+// The inverse factor, of the compressed luminance. The result is at most 1000 kKnee: beyond, half
+// precision cannot represent the distance from the limit.
 SHARED_FN float ExpandScale(float l) {
   float part = max(l / kKnee, 1.0f);
   return 1.0f / (part * max(2.0f - part, 1e-3f));
 }
 
-// Scales a sample of luminance l down to that of its brightest neighbour.
+// Factor that scales a sample of luminance l down to the luminance of its brightest neighbour.
 SHARED_FN float ClampScale(float l, float brightest) {
   return l > brightest ? brightest / l : 1.0f;
 }

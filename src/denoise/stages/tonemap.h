@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// tonemap: scene-linear light to 8-bit sRGB. Curves: tonemap_shared.h. Pixel by pixel.
+/// tonemap: converts scene-linear radiance to 8-bit sRGB. Curves: tonemap_shared.h. Pixel by pixel.
 /// Reads 12, writes 3 bytes per pixel.
 #pragma once
 

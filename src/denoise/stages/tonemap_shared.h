@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Tone curves: scene-linear, exposed light to display-linear 0..1, per channel.
+// Tone curves: scene-linear, exposed radiance to display-linear 0..1, per channel.
 #ifndef STILLRAY_DENOISE_TONEMAP_SHARED_H
 #define STILLRAY_DENOISE_TONEMAP_SHARED_H
 
@@ -18,7 +18,7 @@ SHARED_BLOCK(TonemapParameters) {
   uint frame;            // seed of the noise
 };
 
-// Brighter light is white under every curve; the limit keeps infinities out of the formulas.
+// Larger values are white under every curve; the limit keeps infinities out of the formulas.
 const float kBrightestLight = 1e6f;
 
 SHARED_FN float ReinhardCurve(float x) {
@@ -33,7 +33,7 @@ SHARED_FN float FilmicCurve(float x) {
   return HableCurve(2.0f * x) / HableCurve(11.2f);
 }
 
-// Narkowicz's fit of the ACES reference rendering and output transforms (2016), with the light
+// Narkowicz's fit of the ACES reference rendering and output transforms (2016), with the input
 // scaled by 0.6, his value for the original exposure.
 SHARED_FN float AcesCurve(float x) {
   float s = 0.6f * x;
@@ -55,7 +55,7 @@ SHARED_FN float ToneCurve(float x, int curve) {
 }
 
 // Triangular noise in -1..1 for one channel of one pixel: the sum of two uniform numbers from one
-// hash, less one.
+// hash, minus one.
 SHARED_FN float DitherNoise(uint x, uint y, uint channel, uint frame) {
   uint h = x * 0x9e3779b1u ^ y * 0x85ebca77u ^ channel * 0xc2b2ae3du ^ frame * 0x27d4eb2fu;
   h ^= h >> 15;

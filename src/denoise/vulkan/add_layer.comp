@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The frame without the light of a layer that is denoised: its emission with the layer's picture,
-// and its motion as FollowImages of picture_motion.h makes it. Alphas of the emission are the
-// lengths of the histories of images (TakeLengths), 0 where a pixel shows none.
+// The rest of a frame after a layer was denoised: writes its emission plus the layer's image, and
+// its motion as in FollowImages of picture_motion.h. The emission's alpha is the history length of
+// the virtual image (TakeLengths), 0 for pixels without one.
 #include "denoise/vulkan/layer_images.glsl"
 #include "denoise/picture_motion_shared.h"
 
@@ -15,14 +15,14 @@ layout(set = 0, binding = 2) uniform utexture2D surface_id;
 layout(set = 0, binding = 3) uniform texture2D emission;
 layout(set = 0, binding = 4) uniform texture2D selected_motion;
 layout(set = 0, binding = 5) uniform texture2D selected_albedo;  // see select_guides.comp
-layout(set = 0, binding = 6) uniform texture2D picture;          // alpha: length of the history
+layout(set = 0, binding = 6) uniform texture2D picture;          // alpha: history length
 layout(set = 0, binding = 7, rg32f) writeonly uniform image2D motion_out;
 layout(set = 0, binding = 8, rgba32f) writeonly uniform image2D emission_out;
 
 layout(push_constant) uniform Push {
   int has_id;
   int has_emission;
-  int has_length;  // of another layer, in the emission
+  int has_length;  // 1: the emission's alpha has the length of another layer
   int width;
   int height;
 };
@@ -35,7 +35,7 @@ bool ShowsLittleElseAt(ivec2 p) {
   return texelFetch(selected_albedo, p, 0).w > 0.0f;
 }
 
-// Whether a pixel and those around it show images on one surface.
+// Whether a pixel and its neighbours show virtual images on one surface.
 bool IsWithin(ivec2 p, ivec2 size) {
   if (!ShowsLittleElseAt(p)) {
     return false;

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// antialias: see stages/antialias.h. Also writes the picture to the caller's image. Where layers of
-// light have been filtered before, alphas of the emission are lengths: see add_layer.comp.
+// antialias: see stages/antialias.h. Also writes the result to the caller's image. If layers have
+// been denoised before, the emission's alpha is a history length: see add_layer.comp.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/antialias_shared.h"
 #include "denoise/stages/follow_light_shared.h"
@@ -26,7 +26,7 @@ layout(set = 1, binding = 12, LIGHT_FORMAT) writeonly uniform image2D picture_ou
 layout(set = 1, binding = 13, LIGHT_FORMAT) writeonly uniform image2D albedo_out;
 
 layout(push_constant) uniform Push {
-  int has_albedo;  // the albedo of the last picture is there
+  int has_albedo;  // 1: the antialiased albedo of the last frame exists
 };
 
 vec3 Load(ivec2 p) {
@@ -37,8 +37,8 @@ float InverseDepth(ivec2 p) {
   return uintBitsToFloat(texelFetch(surface_image, p, 0).x);
 }
 
-// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre's own; of equal
-// ones the first in reading order.
+// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre, else that of the
+// centre; of equal depths the first in row order.
 vec2 NearestMotion(ivec2 p) {
   float centre = InverseDepth(p);
   vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), centre).gradient;
@@ -57,7 +57,7 @@ vec2 NearestMotion(ivec2 p) {
   return texelFetch(motion_image, place, 0).xy;
 }
 
-// Of the light that a pixel shows: see TakeLengths of picture_motion.h.
+// History length of a pixel's visible radiance: see TakeLengths of picture_motion.h.
 float Length(ivec2 p) {
   float of_image = antialias.image_length != 0 ? texelFetch(emission_image, p, 0).w : 0.0f;
   return of_image > 0.0f ? of_image : texelFetch(moments, ivec3(p, 0), 0).z;
@@ -74,7 +74,7 @@ float LongestAround(ivec2 p) {
   return longest;
 }
 
-// The picture and the albedo of the last frame.
+// The antialiased image and albedo of the last frame.
 struct Previous {
   vec3 picture;
   vec3 albedo;  // 0 unless has_albedo
@@ -158,7 +158,7 @@ float DepthBefore(ivec2 p) {
   return uintBitsToFloat(texelFetch(surface_before, ClampToPicture(p), 0).x);
 }
 
-// WasBesideSurface of the pixel of the last frame that is nearest to a place.
+// WasBesideSurface for the pixel of the last frame that is nearest to a position.
 bool WasBesideSurface(vec2 place) {
   ivec2 p = ivec2(floor(place + 0.5f));
   float here = DepthBefore(p);
@@ -171,8 +171,8 @@ bool WasBesideSurface(vec2 place) {
   return false;
 }
 
-// The previous albedo, clamped to what may be this surface's. around: the range of the albedo in
-// 3x3 pixels.
+// The previous albedo, clamped to the range of values that this surface may have. around: the range
+// of the albedo in 3x3 pixels.
 vec3 ClampAlbedo(ivec2 p, vec2 place, vec3 albedo, Range around) {
   ivec2 last = ivec2(AlbedoBlocks(width), AlbedoBlocks(height)) - 1;
   vec4 low = vec4(kMostLight);
@@ -194,7 +194,7 @@ vec3 ClampAlbedo(ivec2 p, vec2 place, vec3 albedo, Range around) {
   return min(max(albedo, around.low), around.high);
 }
 
-// The range of the picture, widened for an albedo.
+// The range of the image, widened by WidenedLow and WidenedHigh.
 Range Widen(Range colours, vec3 albedo, Range albedos) {
   Range wide;
   for (int c = 0; c < 3; ++c) {
@@ -204,7 +204,7 @@ Range Widen(Range colours, vec3 albedo, Range albedos) {
   return wide;
 }
 
-// The change of the light, interpolated between the pixels of blocks.
+// The ratio of follow_light, interpolated between blocks.
 float RatioAt(ivec2 p) {
   vec2 place = (vec2(p) - 0.5f * float(kFollowBlock)) / float(kFollowBlock);
   ivec2 corner = ivec2(floor(place));

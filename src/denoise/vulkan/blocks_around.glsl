@@ -13,7 +13,7 @@ BlocksAround FindBlocksAround(ivec2 p, Surface surface) {
   BlocksAround around;
   around.weight = vec4(0.0f);
   [[unroll]] for (int k = 0; k < 4; ++k) {
-    // Its own block, and those beside it on the pixel's side.
+    // The pixel's own block, and the three nearest ones.
     around.block[k] = (p >> 1) + ivec2(k & 1, k >> 1) * (2 * (p & 1) - 1);
     ivec2 b = around.block[k];
     if (any(lessThan(b, ivec2(0))) || any(greaterThanEqual(b, CoarseSize())) ||

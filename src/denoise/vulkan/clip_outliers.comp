@@ -14,7 +14,7 @@ vec4 Clipped(ivec2 p, int s) {
   vec4 own = texelFetch(light, ivec3(p, s), 0);
   float lowest = 1e37f;
   float highest = -1e37f;
-  vec4 sum = vec4(0.0f);  // light, count
+  vec4 sum = vec4(0.0f);  // colour, count
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
       ivec2 q = p + ivec2(dx, dy);

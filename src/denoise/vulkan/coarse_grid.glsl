@@ -6,7 +6,7 @@
 struct Block {
   Surface surface;  // at the block's centre
   vec2 gradient;    // over one pixel
-  vec4 weight;      // of its pixels
+  vec4 weight;      // of the four pixels
 };
 
 ivec2 PixelOf(ivec2 block, int k) {

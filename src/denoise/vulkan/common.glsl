@@ -10,8 +10,8 @@
 #include "core/negative_limit_shared.h"
 #include "denoise/octahedral_shared.h"
 
-// Formats of images between stages. With STILLRAY_HALF light takes 8 bytes per pixel; without,
-// precision is that of the CPU.
+// Formats of images between stages. With STILLRAY_HALF radiance takes 8 bytes per pixel; without,
+// it has the precision of the CPU.
 #ifdef STILLRAY_HALF
 #define LIGHT_FORMAT rgba16f
 #define SCALAR_FORMAT r16f
@@ -28,10 +28,10 @@ const float kMostLight = 3e38f;
 const float kMostLength = 16777216.0f;
 #endif
 
-// Normals of surfaces: octahedral in 32 bits, or three floats. Every shader that reads surfaces
-// takes either, by the constant. An image that is written has a declared format: shaders that write
-// surfaces are compiled once more, with STILLRAY_OTHER_NORMALS, for the normals that are unusual
-// with the precision.
+// Normals of surfaces: octahedral in 32 bits, or three floats. Shaders that read surfaces support
+// both, selected by the constant. Images that are written have a declared format: shaders that
+// write surfaces are compiled a second time, with STILLRAY_OTHER_NORMALS, for the format that is
+// not the precision's default.
 #if defined(STILLRAY_HALF) != defined(STILLRAY_OTHER_NORMALS)
 #define SURFACE_FORMAT rg32ui
 layout(constant_id = 0) const bool kOctahedralNormals = true;  // of surfaces
@@ -81,11 +81,11 @@ layout(set = 0, binding = 27, rgba8) writeonly uniform image2D display_image;
 // Work of one frame. light_bins and the counts of blocks are zero between frames.
 layout(set = 0, binding = 30, std430) buffer Partials {
   uint light_bins[STILLRAY_LIGHT_BINS];  // see negative_limit.h
-  float negative_limit;                  // light that is less negative is zero
+  float negative_limit;                  // values in (-negative_limit, 0) become zero
   float unused[3];
-  uint changed_blocks[4];  // of each signal: see measure_change.comp
+  uint changed_blocks[4];  // per signal: see measure_change.comp
   uint known_blocks[4];
-  vec4 partials[];  // two of each workgroup
+  vec4 partials[];  // two per workgroup
 };
 
 int SignalCount() {
@@ -101,7 +101,7 @@ ivec2 ClampToPicture(ivec2 p) {
   return clamp(p, ivec2(0), Size() - 1);
 }
 
-// By bits: compilers may assume that there are no infinities.
+// Tests the bits, since compilers may assume that there are no infinities.
 bool IsFinite(float x) {
   return (floatBitsToUint(x) & 0x7f800000u) != 0x7f800000u;
 }
@@ -116,7 +116,7 @@ float GivenSamples(ivec2 p) {
   return has_samples != 0 ? texelFetch(samples_image, p, 0).x : 1.0f;
 }
 
-// How far the light of the last frame holds.
+// The confidence in the last frame's radiance: UsedConfidence.
 float Confidence(ivec2 p) {
   float given = has_confidence != 0 ? texelFetch(confidence_image, p, 0).x : 1.0f;
   return UsedConfidence(given, IsNaN(given));
@@ -132,7 +132,7 @@ struct Detail {
   uint id;
 };
 
-// Of a surface; elsewhere any finite vector.
+// The normal of a surface; without a surface any finite vector.
 vec3 UnpackNormal(uvec4 packed_surface) {
   return kOctahedralNormals ? OctahedralDecode(unpackSnorm2x16(packed_surface.y))
                             : uintBitsToFloat(packed_surface.yzw);
@@ -140,7 +140,7 @@ vec3 UnpackNormal(uvec4 packed_surface) {
 Surface UnpackSurface(uvec4 packed_surface) {
   Surface s;
   s.inverse_depth = uintBitsToFloat(packed_surface.x);
-  vec3 normal = UnpackNormal(packed_surface);  // without a branch
+  vec3 normal = UnpackNormal(packed_surface);  // computed unconditionally, to avoid a branch
   s.normal = s.inverse_depth > 0.0f ? normal : vec3(0.0f);
   return s;
 }
@@ -150,9 +150,10 @@ uvec4 PackSurface(Surface s) {
                             : uvec4(i, floatBitsToUint(s.normal));
 }
 
-// The slope relative to the inverse depth, for any unit of length, in 20 bits a component (sign, 5
-// bits of exponent from 2^-24 on, 14 of mantissa: the far taps of the wavelet multiply its error by
-// 32 pixels and a hundred tolerances), and 24 bits of the id. Only for halves.
+// The slope relative to the inverse depth, which is independent of the unit of length, in 20 bits
+// per component (sign, 5 bits of exponent from 2^-24 on, 14 of mantissa: far taps of the wavelet
+// multiply its error by 32 pixels and a hundred tolerances), and 24 bits of the id. Only in half
+// precision.
 const float kSlopeScale = 1.97215226305252951e-31f;  // 2^-102
 uint PackSlope(float slope) {
   float magnitude = min(abs(slope), 64.0f) * kSlopeScale;
@@ -191,8 +192,8 @@ uvec4 PackDetail(Detail d, float inverse_depth) {
 #endif
 }
 
-// Variances are stored as deviations, which have the range of the light in halves. In the wavelet's
-// light the sign marks missing light: negative where there is none.
+// Variances are stored as deviations, which have the range of the radiance in half precision. In
+// the images of the wavelet a negative sign marks pixels without samples.
 const float kLeastDeviation = 1e-4f;
 float PackDeviation(float variance, bool valid) {
   float deviation = min(sqrt(max(variance, 0.0f)), kMostLight);
@@ -205,8 +206,8 @@ float VarianceOf(float packed_deviation) {
   return packed_deviation * packed_deviation;
 }
 
-// Rounds to the nearest representable value: devices may truncate to halves, which darkens light
-// slightly in every stage and frame.
+// Rounds to the nearest representable value. Devices may truncate to half precision, which would
+// darken the radiance slightly in every stage and frame.
 vec4 Stored(vec4 value) {
 #ifdef STILLRAY_HALF
   uvec4 bits = floatBitsToUint(value);

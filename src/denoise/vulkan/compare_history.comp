@@ -5,8 +5,8 @@
 
 // limit_history, CompareWithHistory: see stages/limit_history.h. One invocation per block of 2x2
 // pixels. light_out: present, history, deviation of their noise. compressed_out: compressed present
-// less compressed history (the difference, because halves would round it away), compressed history,
-// variance of single compressed samples, deviation of the noise.
+// minus compressed history (the difference, which half precision would lose otherwise), compressed
+// history, variance of single compressed samples, deviation of the noise.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 

@@ -13,7 +13,7 @@ layout(set = 1, binding = 2) uniform texture2DArray wide;
 layout(set = 1, binding = 3, SCALAR_FORMAT) writeonly uniform image2DArray ratio_out;
 layout(set = 1, binding = 4, LIGHT_FORMAT) writeonly uniform image2DArray compared_out;
 
-// The compressed history of a block; `here` without one, and outside.
+// The compressed history of a block; `here` for blocks without history or outside the image.
 float HistoryAt(ivec2 block, int s, float here) {
   if (any(lessThan(block, ivec2(0))) || any(greaterThanEqual(block, CoarseSize()))) {
     return here;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// demodulate: see stages/demodulate.h. Firefly compression, being pixel by pixel, is part of it.
+// demodulate: see stages/demodulate.h. Includes firefly compression, which is pixel by pixel.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/vulkan/reduce.glsl"

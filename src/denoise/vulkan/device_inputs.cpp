@@ -11,7 +11,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Renderers alternate between one or two frames. Caching sets for more is not worth the memory.
+/// Renderers use one frame or alternate between two. Caching sets for more is not worth the memory.
 constexpr size_t kMostSeen = 4;
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames that a renderer left on the device, as inputs of the filter.
+/// Inputs of the filter from frames that a renderer left on the device.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ FrameFacts FactsOf(const Frame& frame, const gpu::DeviceFrame& pixels);
 /// \return kInvalidArgument if the frame's images have another size
 Status CheckSize(const Frame& frame, const gpu::DeviceFrame& pixels);
 
-/// The inputs that frames of both kinds have.
+/// The inputs common to gpu::FrameImages and VulkanFrame.
 /// \param from  gpu::FrameImages or VulkanFrame
 /// \param ref   returns the ImageRef of one of its images
 template <typename Images, typename Ref>
@@ -44,18 +44,19 @@ FrameInputs CommonInputs(const Images& from, const Ref& ref) {
   return in;
 }
 
-/// All inputs; no output. Images that the frame lacks have no view.
+/// All inputs, without outputs. Absent images have no view.
 FrameInputs InputsOf(const gpu::DeviceFrame& pixels);
 
-/// The view of one of stillray's own images; none for nullptr.
+/// The view of one of stillray's own images; no view for nullptr.
 ImageRef RefTo(const gpu::Image* image);
 
-/// Remembers images that descriptor sets were made for. A renderer may destroy them between two
-/// frames, and new ones then may have the same handles.
+/// Tracks the images that descriptor sets were made for. A renderer may destroy images between two
+/// frames, and new images may then have the old handles.
 class SeenFrames {
  public:
   /// \param owners  of all images of the frame
-  /// \return true if sets of earlier frames must be forgotten before one is made for this frame
+  /// \return true if descriptor sets of earlier frames must be discarded before a set is made for
+  ///     this frame
   bool Add(std::span<const std::shared_ptr<const void>> owners);
 
  private:

@@ -3,24 +3,25 @@
 #include "denoise/stages/edge_stopping_shared.h"
 #include "denoise/vulkan/edge_exponent_shared.h"
 
-// So large an epsilon that the depth weight is 1.
+// An epsilon so large that the depth weight is 1.
 const float kWeightIsOff = 1e30f;
 
-// What the depth and normal weights of one pixel's taps share.
+// Terms of the depth and normal weights that are common to the taps of a pixel.
 struct TapGeometry {
   vec3 normal;
   float inverse_depth;
   float per_inverse_depth;
-  vec2 gradient;        // of the inverse depth, over the distance of taps
+  vec2 gradient;        // of inverse depth, over the distance between taps
   float normal_scale;   // of the normal exponent: see NormalExponent2
   float plane_scale;    // see PlaneDepthExponent2
   vec2 slope;           // see GradientDepthExponent2: its change is slope . offset
   float slope_epsilon;  // and its epsilon
   vec2 ray;             // RayAt, for distances of positions
-  float ray_of_offset;  // change of the ray over the distance of taps
+  float ray_of_offset;  // change of the ray over the distance between taps
 };
 
-// The kinds of weights, as arguments: constants where they are known when the pipeline is made.
+// The kinds of weights, as function arguments, which are constants if known when the pipeline is
+// made.
 bool IsCurved(EdgeStopping edges) {
   return edges.curvature > 0.0f;
 }
@@ -31,7 +32,7 @@ bool WeighsPositions(EdgeStopping edges) {
   return edges.depth_weight_position != 0;
 }
 
-// p: the pixel; sigma_n: its exponent, CurvedSigmaN or the setting; distance: of taps, in pixels
+// p: the pixel; sigma_n: its exponent, CurvedSigmaN or the setting; distance: between taps, pixels
 TapGeometry GeometryOf(EdgeStopping edges, bool curved, bool planes, bool positions, ivec2 p,
                        Surface s, Detail d, float sigma_n, float distance) {
   TapGeometry g;
@@ -50,13 +51,13 @@ TapGeometry GeometryOf(EdgeStopping edges, bool curved, bool planes, bool positi
   return g;
 }
 
-// The inverse depth of the pixel's plane at an offset in distances of taps. The sum of a row's taps
-// comes first: they share it.
+// The inverse depth of the pixel's plane at an offset, in tap distances. The first sum is common to
+// a row of taps.
 float ExpectedAt(TapGeometry g, vec2 offset) {
   return (g.inverse_depth + g.gradient.y * offset.y) + g.gradient.x * offset.x;
 }
 
-// The exponent of 2 of the depth weight of another surface, negated. offset: in distances of taps
+// The negated exponent of 2 of the depth weight of another surface. offset: in tap distances
 float DepthExponent2(EdgeStopping edges, bool planes, bool positions, TapGeometry g,
                      float inverse_depth, vec2 offset) {
   if (positions) {

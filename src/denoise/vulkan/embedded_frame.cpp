@@ -74,7 +74,7 @@ const VulkanVirtualGuides& ImageOf(const VulkanFrame& frame, GuideSource source)
   return source == GuideSource::kReflection ? frame.reflection : frame.refraction;
 }
 
-/// Whether the images follow from hit distances.
+/// Whether virtual guides are computed from hit distances.
 bool HasHits(const VulkanFrame& frame, GuideSource source) {
   return source == GuideSource::kReflection && IsGiven(frame.hit_distance);
 }
@@ -83,7 +83,7 @@ Status WithFrame(const VulkanFrame& frame, const Status& status) {
   return Status::InvalidArgument(fmt::format("frame {}: {}", frame.index, status.message()));
 }
 
-/// Hit distances stand for depth and motion of the images.
+/// Checks hit distances, which replace depth and motion of the virtual images.
 Status CheckHits(const VulkanFrame& frame) {
   for (const auto& [image, name] :
        {std::pair{&frame.reflection.depth, "depth"}, {&frame.reflection.motion, "motion"}}) {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A renderer's frame (stillray/vulkan.hpp): what it has, and whether all is there that is needed.
+/// A renderer's frame (stillray/vulkan.hpp): its properties and inputs, and checks of their
+/// completeness.
 #pragma once
 
 #include <span>
@@ -18,20 +19,20 @@ namespace stillray::vulkan {
 FrameFacts FactsOf(const VulkanFrame& frame, int width, int height);
 FrameInputs InputsOf(const VulkanFrame& frame);
 
-/// \return kInvalidArgument naming the camera by which hit distances do not become images
+/// \return kInvalidArgument naming the camera for which hit distances cannot be converted to guides
 Result<VirtualInputs> VirtualInputsOf(const VulkanFrame& frame, GuideSource source, int width,
                                       int height);
 
-/// Checks that all images are given that a layer needs.
+/// Checks that all images that a layer needs are given.
 Status CheckVirtualGuides(const VulkanFrame& frame, GuideSource source);
 
-/// Checks that all images that the settings need are given. \param jittered  this frame or one
-/// before it was
+/// Checks that all images that the settings need are given. \param jittered  this frame or an
+/// earlier one was jittered
 Status CheckFrame(const VulkanFrame& frame, const Settings& settings, bool transmission,
                   bool fills_guides, bool jittered);
 
 /// Checks the size, and the outputs of signals. \param most_width, most_height  of the images
-/// \param layers  of the frame, whose light has no output
+/// \param layers  of the frame; signals of layers with virtual guides have no output
 Status CheckOutputs(const VulkanFrame& frame, int most_width, int most_height,
                     std::span<const SignalGroup> groups, const LayerList& layers);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the options of a denoiser in a renderer's own frame (stillray/vulkan.hpp) mean for its
+/// Converts the options of a denoiser embedded in a renderer (stillray/vulkan.hpp) to those of its
 /// filters.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace stillray::vulkan {
 
 PipelineOptions PipelineOptionsOf(const VulkanOptions& options);
 
-// Of a layer with virtual guides.
+// Options of a layer with virtual guides.
 PipelineOptions LayerOptionsOf(const VulkanOptions& options, GuideSource source);
 LayerShape LayerShapeOf(const VulkanOptions& options, GuideSource source);
 

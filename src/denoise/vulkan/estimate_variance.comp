@@ -18,7 +18,8 @@ layout(set = 1, binding = 5) uniform texture2DArray moments;
 layout(set = 1, binding = 6) uniform texture2DArray turn2_image;
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
-// So large that the luminance weight is 1: the largest half, independent of the unit of light.
+// Large enough that the luminance weight is 1: the largest half, independent of the unit of
+// radiance.
 float UnknownVariance(int s) {
 #ifdef STILLRAY_HALF
   return VarianceOf(kMostLight);
@@ -29,8 +30,7 @@ float UnknownVariance(int s) {
 
 const int kMostSide = 7;
 
-// Sums over the second differences of a neighbourhood whose rows are read from the first to the
-// last.
+// Sums over the second differences of a neighbourhood, whose rows are read in order.
 struct SecondDifferences {
   float square;
   float weight;
@@ -61,7 +61,8 @@ float SpatialVariance(Surface s, Detail detail, float mean, ivec3 at) {
   float sum_d2 = 0.0f;
   float sum_variance = 0.0f;
   SecondDifferences differences = SecondDifferences(0.0f, 0.0f);
-  // Differences from `mean`, and weights, of the rows before: x the last but one, y the last one.
+  // Differences from `mean`, and weights, of the two rows before: y the previous row, x the one
+  // before that.
   vec2 column_d[kMostSide];
   vec2 column_w[kMostSide];
   for (int i = 0; i < kMostSide; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The powers of two that stored light is multiplied by.
+// The exposures: powers of two by which stored radiance is multiplied.
 #ifndef STILLRAY_DENOISE_VULKAN_EXPOSURE_SHARED_H
 #define STILLRAY_DENOISE_VULKAN_EXPOSURE_SHARED_H
 
@@ -16,9 +16,10 @@ using glm::log2;
 
 SHARED_BEGIN
 
-// Scales mean light to about 1/8: half precision then holds light up to 500 000 times the mean, and
-// keeps its 11 bits down to 1 / 2000 of it. While the mean is within a factor of eight of that, the
-// old exposure is kept, so that histories are seldom rescaled. Also if the mean is zero.
+// Scales the mean radiance to about 1/8: half precision then covers values up to 500 000 times the
+// mean, and keeps its 11 bits down to 1 / 2000 of the mean. The old exposure is kept while the
+// scaled mean is within a factor of eight of 1/8, so that histories are seldom rescaled, and if the
+// mean is zero.
 SHARED_FN float ChooseExposure(float old, float mean) {
   float level = mean * old;
   bool fits = level >= 1.0f / 64.0f && level <= 1.0f;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The history of a pixel: see stages/reproject.h. Loops over taps are unrolled, so that weights lie
-// in registers, and the four usual taps are loaded before the first is used, so that their
-// latencies overlap. After common.glsl.
+// The history of a pixel: see stages/reproject.h. Loops over taps are unrolled, so that weights
+// stay in registers, and the four bilinear taps are loaded before the first one is used, so that
+// their latencies overlap. Include after common.glsl.
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/reproject_shared.h"
 
@@ -16,19 +16,19 @@ layout(set = 1, binding = 5) uniform texture2DArray behind;
 layout(set = 1, binding = 6) uniform texture2DArray moments;
 layout(set = 1, binding = 7) uniform texture2DArray compressed;
 
-// Up to nine taps of the 3x3 pixels from `origin` on; the bilinear four among them.
+// Up to nine taps: 3x3 pixels starting at `origin`, which include the four bilinear taps.
 struct Taps {
   ivec2 origin;
   float weight[9];
   bool found;
-  bool searched;  // else only the bilinear four have a weight
+  bool searched;  // else only the four bilinear taps have weights
 };
 
 ivec2 BilinearStep(int i) {
   return ivec2(i & 1, i >> 1);
 }
 
-// The surface of the last frame at a pixel; outside of the picture that of its edge.
+// The surface of the last frame at a pixel; outside the image that of its edge.
 struct Before {
   Surface surface;
   uint id;
@@ -44,7 +44,7 @@ Before LoadBefore(ivec2 q) {
   return before;
 }
 
-// The surface has the normal that its history shows.
+// Whether a tap matches; the surface must have its HistoryNormal.
 bool TapMatches(Surface s, Detail d, vec2 place, ivec2 q, Before before) {
   vec2 offset = vec2(q) - place;
   float expected = s.inverse_depth + d.gradient.x * offset.x + d.gradient.y * offset.y;
@@ -54,7 +54,7 @@ bool TapMatches(Surface s, Detail d, vec2 place, ivec2 q, Before before) {
                                     reproject.history_id != 0);
 }
 
-// The bilinear four, of which those that do not match have no weight.
+// Finds the four bilinear taps; those that do not match have weight 0.
 void FindBilinearTaps(Surface s, Detail d, vec2 place, inout Taps taps) {
   bool nearest = reproject.history_taps_nearest != 0;
   vec2 corner = vec2(FirstTap(place.x, nearest), FirstTap(place.y, nearest));
@@ -72,7 +72,8 @@ void FindBilinearTaps(Surface s, Detail d, vec2 place, inout Taps taps) {
     taps.weight[step_to.y * 3 + step_to.x] = w;
     sum += w;
   }
-  // Taps with a tiny weight are not reliable: the weight would be scaled up a hundredfold.
+  // Taps with a tiny weight are unreliable: normalisation would scale the weight up by more than a
+  // hundred.
   taps.found = sum > 0.01f;
   float scale = taps.found ? sum : 1.0f;
   [[unroll]] for (int i = 0; i < 5; ++i) {
@@ -80,7 +81,7 @@ void FindBilinearTaps(Surface s, Detail d, vec2 place, inout Taps taps) {
   }
 }
 
-// All that match among the nine around the place.
+// Finds all matching taps among the nine around the position.
 void SearchTaps(Surface s, Detail d, vec2 place, inout Taps taps) {
   taps.searched = true;
   taps.origin = ivec2(floor(place + 0.5f)) - 1;
@@ -104,7 +105,7 @@ Taps FindTaps(ivec2 p) {
   Detail d = UnpackDetail(texelFetch(detail_image, p, 0), s.inverse_depth);
   vec2 motion = texelFetch(motion_image, p, 0).xy;
   vec2 place = vec2(p) + motion;
-  // If it is more than one pixel outside, no tap is inside.
+  // Farther than one pixel outside the image, no tap is inside.
   bool near_picture = place.x > -2.0f && place.y > -2.0f && place.x < float(width) + 1.0f &&
                       place.y < float(height) + 1.0f && !IsNaN(motion.x) && !IsNaN(motion.y);
   if (!near_picture || !(s.inverse_depth > 0.0f)) {
@@ -127,8 +128,8 @@ struct History {
   float compressed;
 };
 
-// A compressed luminance of the history under this frame's scale. Before taps are mixed: a mean
-// cannot be rescaled.
+// A compressed luminance of the history, converted to this frame's scale. Applied before taps are
+// averaged, since a mean cannot be rescaled.
 float RescaledCompressed(float c, int s) {
   return old_compressed_scale[s] > 0.0f && old_compressed_scale[s] != compressed_scale[s]
              ? RescaleCompressed(c, old_compressed_scale[s], compressed_scale[s])
@@ -146,7 +147,8 @@ History LoadHistory(ivec2 q, int s) {
   return h;
 }
 
-// Sums of w times the history: the length over all taps, other planes over those with light.
+// Weighted sums of the history: of the length over all taps, of other planes over taps with
+// samples.
 struct Sums {
   History history;
   float all;
@@ -194,8 +196,8 @@ Sums SumTaps(Taps taps, int s) {
   return sums;
 }
 
-// The history as images hold it: with deviations, of this frame's exposure. Without history the
-// length is -1.
+// The history in the format of its images: with deviations, at this frame's exposure. Without
+// history the length is -1.
 struct Fetched {
   vec3 colour;
   vec4 moments;
@@ -203,7 +205,7 @@ struct Fetched {
   float compressed;
 };
 
-// Weighted means of the whole history; none without confidence in it.
+// Weighted means of all planes of the history; without history if the confidence is 0.
 Fetched Fetch(Taps taps, float confidence, int s) {
   Sums sums = SumTaps(taps, s);
   History h = sums.history;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Light of a signal as the filter has it, in the unit of the input: divided by its albedos, without
-// the compression of fireflies. \param c  luminance, red, blue times the exposure
+// The demodulated radiance of a signal in the unit of the input, with firefly compression inverted.
+// \param c  luminance, red, blue times the exposure
 vec3 FilteredLight(vec3 c, int s) {
   c /= exposure[s];
   if (demodulate.firefly == 2) {

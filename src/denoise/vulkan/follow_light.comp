@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// follow_light, first pass: see stages/follow_light.h. One invocation per block: its light, and the
-// change since the last frame.
+// follow_light, first pass: see stages/follow_light.h. One invocation per block: writes its
+// radiance, and the change since the last frame.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/stages/follow_light_shared.h"

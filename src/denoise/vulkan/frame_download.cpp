@@ -10,7 +10,7 @@
 namespace stillray::vulkan {
 namespace {
 
-constexpr int kBand = 32;  // rows that a thread takes at once
+constexpr int kBand = 32;  // rows per task of a thread
 
 void UnpackColour(const float* from, int width, int height, Image3* to) {
   if (to->width() != width || to->height() != height) {
@@ -39,7 +39,7 @@ void UnpackAlpha(const float* from, Image1* to) {
   }
 }
 
-/// Leaves the alpha out.
+/// Converts RGBA to RGB.
 void UnpackDisplay(const uint8_t* from, int width, int height, std::vector<uint8_t>* to) {
   to->resize(static_cast<size_t>(width) * static_cast<size_t>(height) * 3);
   ParallelRows(height, kBand, [&](int y0, int y1) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Downloads finished pictures from the device to the host.
+/// Downloads finished images from the device to the host.
 #pragma once
 
 #include <cstdint>
@@ -14,22 +14,22 @@
 
 namespace stillray::vulkan {
 
-/// An image that a frame is written to, and host memory for its download, allocated on first use.
+/// An output image of a frame, and host memory for its download, allocated on first use.
 class OutputImage {
  public:
   /// \param texel_bytes  of the format
   OutputImage(const gpu::DeviceContext* context, VkFormat format, int texel_bytes)
       : context_(context), format_(format), texel_bytes_(texel_bytes) {}
 
-  /// Creates the image. On failure it holds nothing, as does PrepareCopy.
+  /// Creates the image. On failure nothing stays allocated.
   Status Make(int width, int height);
-  /// Allocates the host memory, unless it exists.
+  /// Allocates the host memory, unless it exists. On failure nothing stays allocated.
   Status PrepareCopy();
-  /// Call before a shader writes the image.
+  /// Must be called before a shader writes the image.
   void RecordUse(VkCommandBuffer commands);
   void RecordCopy(VkCommandBuffer commands) const { RecordCopyTo(host_->buffer, commands); }
   void RecordCopyTo(VkBuffer buffer, VkCommandBuffer commands) const;
-  /// The rows of the picture without gaps, once the copy has run.
+  /// The rows of the image, tightly packed, once the copy has finished.
   Result<const void*> Texels() const;
 
   bool is_made() const { return image_ != nullptr; }
@@ -49,22 +49,22 @@ class OutputImage {
   bool used_ = false;
 };
 
-/// The results of frames of one size: the colour, and the displayed picture if requested.
+/// The results of frames of one size: the colour, and the displayed image if requested.
 class FrameDownload {
  public:
   static Result<std::unique_ptr<FrameDownload>> Create(const gpu::DeviceContext* context, int width,
                                                        int height);
   bool Fits(int width, int height) const { return width == width_ && height == height_; }
 
-  /// Allocates memory for these results, and keeps what exists.
+  /// Allocates memory for these results; existing memory is kept.
   Status Prepare(const Results& wanted);
-  /// Records the use of the prepared results; call before recording the frame.
+  /// Records the use of the prepared results; must be called before the frame is recorded.
   void RecordUse(VkCommandBuffer commands);
   /// Adds the images to the inputs of the frame.
   void ShowTo(FrameInputs* images) const;
   /// Records the copies, once the writes are visible to transfers.
   void Record(VkCommandBuffer commands, const Results& wanted) const;
-  /// The same to memory that is shared, which is left to other APIs then.
+  /// Records the copies to shared memory, and its release to other APIs.
   void RecordShared(VkCommandBuffer commands, uint32_t queue_family,
                     const gpu::SharedBuffer& buffer) const;
   /// The finished colour on the device.

@@ -15,7 +15,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// The sums of a level's weights, for the observer.
+/// The name of a level's sums of weights, for the observer.
 const char* WeightsName(int level) {
   static constexpr const char* kNames[kMaxLevels] = {"weights1", "weights2", "weights3",
                                                      "weights4", "weights5", "weights6",
@@ -35,7 +35,7 @@ int TileResidues(int step) {
   return std::gcd(step, kMostTileResidues);
 }
 
-/// By the last constant: the step of tiles, or 0.
+/// The shader variant, from the last constant: the step of tiles, or 0.
 Shader AtrousShader(std::span<const uint32_t> constants) {
   return constants.back() != 0 ? Shader::kAtrousTile : Shader::kAtrous;
 }
@@ -53,12 +53,13 @@ std::array<uint32_t, 7> FramePipeline::AtrousConstants(const AtrousLevel& level,
           static_cast<uint32_t>(uses_tiles_ ? level.step : 0)};
 }
 
-/// Of all levels: they differ by what they weigh, and by the tiles of their steps.
+/// Creates the pipelines of all levels, which differ in their weights and in the tiles of their
+/// steps.
 Status FramePipeline::MakeAtrousPipelines(const Settings& settings) {
   edge_kinds_ = EdgeKindsOf(settings);
   std::array<AtrousLevel, kMaxLevels> levels;
   const int count = ListLevels(settings, &levels);
-  // Signals of several kinds of light may have only smooth light in some frames.
+  // Signals of several kinds may have only smooth radiance in some frames.
   constexpr uint32_t kAllLights = (1u << kSignalKindCount) - 1;
   constexpr uint32_t kSmoothLight = 1u << static_cast<uint32_t>(SignalKind::kIndirectDiffuse);
   const std::array<int, kPilotLevels> pilots[] = {PilotSignals(settings, groups_, kAllLights),
@@ -98,7 +99,7 @@ void FramePipeline::RunAtrous(int width, int height,
   Groups groups = GroupsFor(width, height);
   const Shader shader = AtrousShader(constants);
   if (shader == Shader::kAtrousTile) {
-    // Of the residue classes modulo the step, some that lie side by side share a group.
+    // Some neighbouring residue classes (modulo the step) share a workgroup.
     const int residues = TileResidues(push.step);
     groups = GroupsFor((width + push.step - 1) / push.step * residues,
                        (height + push.step - 1) / push.step);
@@ -121,8 +122,8 @@ void FramePipeline::BeginFilter(const FramePlan& plan, PassRecorder* recorder) {
   light_ = i.wavelet[0];
 }
 
-/// The pilot estimate (see cpu/wavelet.cpp), in the image of the fetched history, which is no
-/// longer read.
+/// Computes the pilot estimate (see cpu/wavelet.cpp) in the image of the fetched history, which is
+/// no longer read.
 const gpu::Image* FramePipeline::RunPilot(int level, int signals, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const LevelPush push = {PilotLevel(level).step, 0, 1, signals};
@@ -189,7 +190,8 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
-/// Before the wavelet: the means of the accumulated light, in the second image of the coarse grid.
+/// Computes the block means of the accumulated signals, before the wavelet, in the second image of
+/// the coarse grid.
 void FramePipeline::BeginEnergy(PassRecorder* recorder) {
   const FrameImages& i = images_;
   recorder->Run(Shader::kMeasureEnergy, CoarseGrid(),
@@ -198,7 +200,8 @@ void FramePipeline::BeginEnergy(PassRecorder* recorder) {
                 int32_t{0});
 }
 
-/// See stages/restore_energy.h. \param out  an image that is no longer read; becomes the light
+/// See stages/restore_energy.h. \param out  an image that is no longer read; receives the filtered
+/// signals
 void FramePipeline::RestoreEnergy(const gpu::Image* out, PassRecorder* recorder) {
   const FrameImages& i = images_;
   recorder->Run(Shader::kMeasureEnergy, CoarseGrid(),
@@ -228,13 +231,13 @@ void FramePipeline::KeepSamples(PassRecorder* recorder) {
   BlendSamples("keep_samples", recorder);
 }
 
-/// The image of squares for BlendSamples: of the fetched history or the wavelet, which are no
-/// longer read.
+/// The image of squares for BlendSamples: an image of the fetched history or of the wavelet that is
+/// no longer read.
 const gpu::Image* FramePipeline::SampleSquares() const {
   return light_ == images_.fetched.colour ? images_.wavelet[1] : images_.fetched.colour;
 }
 
-/// The levels of a stage, and the blend.
+/// Runs the levels of keep_samples or keep_mirrors, and the blend.
 void FramePipeline::BlendSamples(const char* stage, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const gpu::Image* measured = SampleSquares();

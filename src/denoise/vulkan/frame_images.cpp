@@ -13,7 +13,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Adds images until one fails, so that callers check once.
+/// Adds images until the first error, so that callers check only once.
 class Adder {
  public:
   Adder(const Shape& shape, gpu::Arena* arena) : shape_(shape), arena_(arena) {}

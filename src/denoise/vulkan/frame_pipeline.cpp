@@ -5,9 +5,9 @@
 // The order of the passes of one frame:
 //
 //   pass                 reads                               writes                    bytes per pixel read, written in halves; n signals
-//   fill_guides          guides, samples, those held       completed guides          see fill_guides/   (only where some are unknown)
+//   fill_guides          guides, samples, held guides        completed guides          see fill_guides/   (only where some are unknown)
 //   resample_history     history, guides                     history                   16 + 18 n, 18 n  (only after the size changes, as the next)
-//   resample_guides      guides, last picture and albedo     the same                  32, 32
+//   resample_guides      guides, last image and albedo       guides, image, albedo     32, 32
 //   measure_light        lights, albedos of every 16th pixel sums
 //   prepare_guides       depth, normal, id, history          guides, sums              inputs + 8 n, 18
 //   update_exposure      sums                                exposures, limit of negative light, scales
@@ -24,7 +24,7 @@
 //   limit_history        compared, ratio, guides             limits                    18 + 22 n, 8 n
 //   accumulate           new light, history, confidence      history                   26 n or 34 n, 18 n
 //   (without limit_history reproject and accumulate are one pass: 36 + 24 n, 16 n)
-//   merge_future         history, light of the future        known history             48 n, 16 n  (only where the future is known)
+//   merge_future         history, later frames               known history             48 n, 16 n  (only where the future is known)
 //   estimate_variance    known history, guides               light of the wavelet      16 + 24 n, 8 n
 //   smooth_variance      light of the wavelet                light of the wavelet      8 n, 8 n  (only for prefilter_variance=once)
 //   per level:
@@ -32,17 +32,17 @@
 //     prefilter_variance light of the wavelet                luminance factors         16 n, 2 n
 //     atrous             light, luminance factors, guides    light of the wavelet      16 + 10 n, 8 n
 //   clip_outliers        light                               light                     8 n, 8 n
-//   restore_energy     light before and after, guides      light                     64 + 30 n, 12 n  (a pass before the levels; half the size)
+//   restore_energy       light before and after, guides      light                     64 + 30 n, 12 n  (a pass before the levels; half the size)
 //   keep_samples         new light, light, history           light                     4 + 108 n, 40 n  (only frames of several samples)
 //   keep_mirrors         new light, light, roughness         light                     12 + 96 n, 40 n  (only where roughness is given)
 //   store_signal         light                               output of a signal        8, 8 or 16  (only those requested)
-//   remodulate           light, albedos, unfiltered light    picture                   inputs + 8 n, 8
-//   fxaa                 picture, length                     picture                   16, 8
+//   remodulate           light, albedos, unfiltered light    image                     inputs + 8 n, 8
+//   fxaa                 image, length                       image                     16, 8
 //   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
 //   sum_albedo           albedos                             albedo, range of blocks   inputs, 9  (only with taa_clamp=light)
-//   spline_coefficients  last picture, last albedo           light of the wavelet      16, 16
-//   antialias            picture, last picture, motion       picture, albedo, output   inputs + 65, 16 + output
-//   tonemap              picture                             display                   8, 4
+//   spline_coefficients  last image, last albedo             light of the wavelet      16, 16
+//   antialias            image, last image, motion           image, albedo, output     inputs + 65, 16 + output
+//   tonemap              image                               display                   8, 4
 // clang-format on
 
 #include "denoise/vulkan/frame_pipeline.h"
@@ -64,7 +64,8 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Of a pool: for passes of two frames, a set for each combination of swapped images.
+/// Limits of a descriptor pool: for passes of two frames, one set for each combination of swapped
+/// images.
 constexpr uint32_t kMostSets = 512;
 constexpr gpu::SetShape kMostDescriptors = {4096, 1024, 128, 256};
 constexpr uint32_t kMostMarks = 128;
@@ -85,9 +86,9 @@ uint32_t TileBytes(int signals, int radius) {
   return static_cast<uint32_t>(texels * (20 + 24 * signals));
 }
 
-/// STILLRAY_ATROUS chooses the variant of the wavelet, for comparisons: `plain` or `tile`. Without
-/// it GPUs use tiles if their shared memory is large enough; on software drivers, where it is
-/// ordinary memory, tiles are slower.
+/// STILLRAY_ATROUS selects the variant of the wavelet, for comparisons: `plain` or `tile`. By
+/// default GPUs use tiles if shared memory is large enough; on software drivers, whose shared
+/// memory is ordinary memory, tiles are slower.
 Result<bool> ChooseTiles(const gpu::DeviceContext& context, int signals) {
   const char* given = std::getenv("STILLRAY_ATROUS");
   const std::string_view variant = given != nullptr ? given : "";
@@ -122,7 +123,7 @@ Result<gpu::MemoryUse> FramePipeline::Need(const gpu::DeviceContext* context,
   return need;
 }
 
-/// Memory for all images that frames may have.
+/// Options of fill_guides with memory for all images that frames may have.
 FillGuidesPass::Options FramePipeline::FillGuidesOptions(const PipelineOptions& o) {
   constexpr uint32_t kAll = (1u << kGuideColours) - 1;
   constexpr uint32_t kTransmission = 4;
@@ -192,7 +193,7 @@ Groups FramePipeline::CoarseGrid() const {
   return GroupsFor(CoarseSize(shape_.width), CoarseSize(shape_.height));
 }
 
-/// Compiles all shaders that the settings may use, so that recording does not.
+/// Compiles all shaders that the settings may use, so that none is compiled during recording.
 Status FramePipeline::MakePipelines(const Settings& settings) {
   for (int i = 0; i <= static_cast<int>(Shader::kStoreSignal); ++i) {
     const auto shader = static_cast<Shader>(i);
@@ -276,7 +277,7 @@ void FramePipeline::Keep(PassRecorder* recorder, std::string_view name, const gp
   }
 }
 
-/// Composes a picture from the current light, for the observer only.
+/// Composes an image from the current signals, for the observer only.
 void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
                                 const gpu::Image* light) {
   if (observer_ != nullptr && observer_->Wants(name)) {
@@ -286,7 +287,7 @@ void FramePipeline::KeepPicture(PassRecorder* recorder, std::string_view name,
   }
 }
 
-/// The light of this frame.
+/// Runs demodulate and suppress_fireflies.
 void FramePipeline::GatherLight(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   const bool clamps = plan.runs.clamp_fireflies;
@@ -308,7 +309,7 @@ void FramePipeline::Reproject(PassRecorder* recorder) {
   Keep(recorder, "fetched", f.moments);
 }
 
-/// Whether reproject and accumulate are one pass: nothing reads the fetched history in between.
+/// Whether reproject and accumulate are one pass: no pass reads the fetched history between them.
 bool FramePipeline::JoinsAccumulation(const FramePlan& plan) const {
   const bool observed = observer_ != nullptr && observer_->Wants("fetched");
   return plan.runs.reproject && !plan.runs.limit_history && !shape_.with_compressed && !observed;
@@ -325,8 +326,8 @@ void FramePipeline::ReprojectAndAccumulate(PassRecorder* recorder) {
   std::swap(images_.history, images_.fetched);
 }
 
-/// Runs levels on the coarse grid from the first image to the second and back.
-/// \param stage  whose time it is
+/// Runs levels on the coarse grid, alternating between the first and the second image.
+/// \param stage  stage name for timings
 void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorder* recorder) {
   const FrameImages& i = images_;
   for (int level = 0; level < levels; ++level) {
@@ -339,7 +340,7 @@ void FramePipeline::RunComparedLevels(const char* stage, int levels, PassRecorde
   }
 }
 
-/// The wide change, from those in the first image of the coarse grid.
+/// Averages the changes in the first image of the coarse grid to the wide change.
 void FramePipeline::RunWideLevel(PassRecorder* recorder) {
   const FrameImages& i = images_;
   const LevelPush push = {kWideLevel.step, 0, 1};
@@ -350,8 +351,7 @@ void FramePipeline::RunWideLevel(PassRecorder* recorder) {
             push, AtrousConstants(kWideLevel, 0, true), recorder);
 }
 
-/// Compares the new light with its history, and writes the result to the second image of the
-/// wavelet.
+/// Runs limit_history, and writes ratio and bias to the second image of the wavelet.
 void FramePipeline::LimitHistory(const FramePlan& plan, PassRecorder* recorder) {
   const FrameImages& i = images_;
   recorder->Run(
@@ -390,7 +390,7 @@ void FramePipeline::Accumulate(const FramePlan& plan, PassRecorder* recorder) {
                 push);
 }
 
-/// Overwrites the fetched history, which is no longer read.
+/// Runs merge_future; overwrites the fetched history, which is no longer read.
 void FramePipeline::MergeFuture(const FutureImages& future, PassRecorder* recorder) {
   const HistoryImages& h = images_.history;
   known_.colour = images_.fetched.colour;
@@ -405,7 +405,7 @@ void FramePipeline::Compose(const gpu::Image* light, PassRecorder* recorder) {
   Keep(recorder, "aliased", images_.picture);
 }
 
-/// The change of the light since the last picture.
+/// Runs follow_light: the change of the radiance since the last frame.
 void FramePipeline::FollowLight(const FramePlan& plan, PassRecorder* recorder) {
   std::swap(images_.followed, images_.followed_before);
   const FrameImages& i = images_;
@@ -450,7 +450,7 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
   }
 }
 
-/// Sets parameters and inputs, with guides filled if some are unknown.
+/// Sets parameters and inputs, and runs fill_guides if some guides are unknown.
 void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
                               const FrameInputs& inputs, FrameParameters* parameters,
                               PassRecorder* recorder) {
@@ -467,7 +467,7 @@ void FramePipeline::UseInputs(const FramePlan& plan, const FrameFacts& facts,
   }
 }
 
-/// The history, and all that antialiasing keeps, at the size of this frame.
+/// Resamples the history, and the images that antialias keeps, to the size of this frame.
 void FramePipeline::ResampleHistory(Size before, PassRecorder* recorder) {
   FrameImages& i = images_;
   recorder->Run(Shader::kResampleHistory, grid_,
@@ -475,7 +475,7 @@ void FramePipeline::ResampleHistory(Size before, PassRecorder* recorder) {
                  i.history.compressed, i.fetched.colour, i.fetched.behind, i.fetched.moments,
                  i.fetched.compressed},
                 before);
-  // The guides of this frame are not written yet.
+  // The images for this frame's guides are still free.
   recorder->Run(Shader::kResampleGuides, grid_,
                 {i.previous_guides.surface, i.previous_guides.detail, i.shown, i.albedo_before,
                  i.guides.surface, i.guides.detail, i.scratch, i.albedo_out},
@@ -488,7 +488,7 @@ void FramePipeline::ResampleHistory(Size before, PassRecorder* recorder) {
   }
 }
 
-/// Copies the light of the signals that were requested.
+/// Copies the requested signals to the caller's images.
 void FramePipeline::StoreSignals(const FrameInputs& inputs, PassRecorder* recorder) {
   for (size_t s = 0; s < groups_.size(); ++s) {
     if (inputs.filtered[s].view == VK_NULL_HANDLE) {
@@ -518,7 +518,7 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   const Groups measured =
       GroupsFor((shape_.width + parameters.measure_stride - 1) / parameters.measure_stride,
                 (shape_.height + parameters.measure_stride - 1) / parameters.measure_stride);
-  // The few workgroups that measure the light have time while guides are prepared.
+  // The few workgroups of measure_light run in parallel with prepare_guides.
   recorder->Run(Shader::kMeasureLight, measured, {});
   recorder->UseBuffers({images_.history_sums});
   recorder->Run(
@@ -532,7 +532,7 @@ void FramePipeline::BeginFrame(const FramePlan& plan, const FrameFacts& facts,
   }
 }
 
-/// The history as it was at this frame's pixels, limited.
+/// Fetches the history of this frame's pixels, and runs limit_history.
 void FramePipeline::FetchHistory(const FramePlan& plan, PassRecorder* recorder) {
   if (plan.runs.reproject) {
     Reproject(recorder);

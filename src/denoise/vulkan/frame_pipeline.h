@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser on Vulkan: records the stages in order into a command buffer, and owns their
-/// history. Independent of queues and host memory.
+/// The denoiser on Vulkan: records the stages, in order, into a command buffer, and owns their
+/// history. It uses no queue and no host memory.
 #pragma once
 
 #include <array>
@@ -24,17 +24,17 @@ class FrameObserver {
   virtual ~FrameObserver() = default;
   /// \param name  "noisy", "fetched", "compared", "joined" (moments before the future is merged),
   ///     "accumulated", "moments", "variance", "weightsN", "wavelet", "filtered", "aliased";
-  ///     "temporal" and "atrousN" are composed pictures
+  ///     "temporal" and "atrousN" are composed images
   virtual bool Wants(std::string_view name) const = 0;
-  /// Called between barriers: may copy from the image.
+  /// Called between barriers; may copy from the image.
   virtual void Keep(VkCommandBuffer commands, std::string_view name, const gpu::Image& image) = 0;
 };
 
-/// Residue classes modulo the step that share a group of the wavelet's tiles, at most: see
-/// atrous.comp.
+/// Largest number of residue classes (modulo the step) that share a workgroup of the wavelet's
+/// tiles: see atrous.comp.
 inline constexpr int kMostTileResidues = 2;
 
-/// Of a level of the wavelet, as its shader reads it.
+/// Push constants of a wavelet level.
 struct LevelPush {
   int32_t step = 1;
   int32_t level = 0;
@@ -49,9 +49,9 @@ struct PipelineOptions {
   bool transmission = false;  ///< frames have transmission signals
   Storage storage = Storage::kHalf;
   bool timed = true;          ///< the queue supports timestamps, and they are requested
-  bool fills_guides = false;  ///< frames may have unknown guides, with any of the images
-  /// Frames whose inputs are of one frame only, and that the device may not have finished; 0: the
-  /// same inputs come again.
+  bool fills_guides = false;  ///< frames may have unknown guides, for any set of images
+  /// Largest number of unfinished frames on the device, if input images are used for one frame
+  /// only; 0: input images recur.
   uint32_t in_flight = 0;
 };
 
@@ -70,18 +70,18 @@ class FramePipeline {
 
   /// Adds the commands of one frame, which may have unknown guides only after PrepareFilling, or
   /// with `fills_guides`. Allocates nothing once inputs and history recur. After an error, or if
-  /// the caller does not record the commands, the caller clears the list, and goes back to the
-  /// progress before.
-  /// \param plan      made from progress()
-  /// \param observer  or nullptr
-  /// \param future    light of this frame's future if the plan merges it: it is part of the
+  /// the commands are not executed, the caller must clear the list and return to the checkpoint
+  /// from before the call.
+  /// \param plan      from MakePlan with progress()
+  /// \param observer  may be nullptr
+  /// \param future    history of the later frames, if the plan runs merge_future: part of the
   ///     wavelet's input, but not of the history
   Status Record(gpu::CommandList* commands, const FramePlan& plan, const FrameFacts& facts,
                 const FrameInputs& inputs, FrameObserver* observer,
                 const FutureImages* future = nullptr);
-  /// Likewise for a frame of a sequence that is played backward: its light is accumulated, and no
-  /// picture is made. Compiles a shader the first time.
-  /// \param future  receives the light of this frame's future; unchanged without history
+  /// Adds the commands of a frame of a sequence that is processed backward: its radiance is
+  /// accumulated, and no image is made. Compiles a shader on the first call.
+  /// \param future  receives the history of the later frames; unchanged without history
   Status RecordBackward(gpu::CommandList* commands, const FramePlan& plan, const FrameFacts& facts,
                         const FrameInputs& inputs, const FutureImages& future);
 
@@ -89,7 +89,7 @@ class FramePipeline {
     int width = 0;
     int height = 0;
   };
-  /// All that a recorded frame changes.
+  /// All state that recording a frame changes.
   struct Checkpoint {
     FrameImages images;
     SequenceProgress progress;
@@ -101,36 +101,37 @@ class FramePipeline {
   Checkpoint checkpoint() const;
   void GoBackTo(const Checkpoint& checkpoint);
 
-  /// The next frames have this size, at most that of the images; the history goes on. Before the
-  /// plan of the next frame.
+  /// Sets the size of the next frames, at most that of the images; the history is resampled. Must
+  /// be called before the plan of the next frame is made.
   void Resize(int width, int height);
-  /// Whether the settings use the same images.
+  /// Whether frames with these settings and size use the existing images.
   bool Fits(const Settings& settings, int width, int height, bool transmission) const;
-  /// New settings from the next frame on; they must fit. Makes the pipelines that they need.
+  /// Sets the settings from the next frame on, for which Fits must be true. Creates missing
+  /// pipelines.
   Status SetSettings(const Settings& settings);
   /// Discards all history.
   void Reset();
-  /// Call it before images that were inputs are destroyed, after the device has finished with them.
+  /// Must be called before input images are destroyed, once the device no longer uses them.
   Status ForgetInputs() { return sets_.Clear(); }
 
   gpu::MemoryUse memory() const;
-  /// Bytes that the passes of the last frame move at least: see PassRecorder::bytes.
+  /// Least number of bytes that the passes of the last frame transfer: see PassRecorder::bytes.
   uint64_t pass_bytes() const { return pass_bytes_; }
-  /// Whether the next frames measure the times of their stages, if the pipeline is `timed`: the
-  /// device may finish each stage before it takes the time.
+  /// Sets whether the next frames measure the times of their stages, if the pipeline is `timed`.
+  /// Measuring may serialise the stages on the device.
   void MeasureStages(bool measures) { measures_ = measures; }
-  /// Of the newest frame that measured them and that the device has finished.
+  /// Times of the newest finished frame that measured them.
   std::vector<gpu::DeviceTime> times() const { return times_.Read(); }
   const FrameImages& images() const { return images_; }
   std::span<const SignalGroup> groups() const { return groups_; }
   const Shape& shape() const { return shape_; }
-  /// The size of the images.
+  /// The size of the images: the largest frame size.
   Size most() const { return of_images_; }
   /// nullptr if no frame had unknown guides.
   const FillGuidesPass* fill_guides() const { return fill_guides_.get(); }
   FillGuidesPass* fill_guides() { return fill_guides_.get(); }
   const SequenceProgress& progress() const { return progress_; }
-  /// Continues from a restored history, which is then in the images: see saved_history.h.
+  /// Continues from a restored history, already written to the images: see saved_history.h.
   void GoOnFrom(const SequenceProgress& progress) { progress_ = progress; }
   /// Transitions all images to their layout, once, and clears the state.
   void PrepareImages(VkCommandBuffer commands);
@@ -174,8 +175,8 @@ class FramePipeline {
   void Finish(const FramePlan& plan, PassRecorder* recorder);
   void Keep(PassRecorder* recorder, std::string_view name, const gpu::Image* image);
   void KeepPicture(PassRecorder* recorder, std::string_view name, const gpu::Image* light);
-  /// \param pilot_signals  as in the plan
-  /// \param compared   a level of limit_history
+  /// \param pilot_signals  FramePlan::pilot_signals
+  /// \param compared   whether it is a level of limit_history
   /// \param output  kAtrousLight, kAtrousSums or kAtrousPilot
   std::array<uint32_t, 7> AtrousConstants(const AtrousLevel& level, int pilot_signals = 0,
                                           bool compared = false, int output = kAtrousLight) const;
@@ -195,14 +196,14 @@ class FramePipeline {
   const gpu::DeviceContext* context_;
   bool timed_ = true;
   bool measures_ = true;
-  uint32_t edge_kinds_ = 0;           ///< STILLRAY_ATROUS_... of the settings
-  Shape shape_;                       ///< of the frames; as that of the images, or smaller
-  Size of_images_;                    ///< the largest frames
-  std::optional<Size> resized_from_;  ///< the history is still that of frames of this size
+  uint32_t edge_kinds_ = 0;  ///< STILLRAY_ATROUS_... of the settings
+  Shape shape_;              ///< of the frames; the size may be smaller than that of the images
+  Size of_images_;           ///< the largest frames
+  std::optional<Size> resized_from_;  ///< the size of the history, until it is resampled
   std::span<const SignalGroup> groups_;
   bool transmission_ = false;
   Groups grid_;
-  bool uses_tiles_ = false;  // of the wavelet: see atrous.comp
+  bool uses_tiles_ = false;  // the wavelet runs by tiles: see atrous.comp
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   gpu::Timestamps times_;
@@ -216,8 +217,8 @@ class FramePipeline {
 
   // The frame in progress.
   FrameObserver* observer_ = nullptr;
-  HistoryImages known_;  ///< the input of the wavelet: the history, possibly merged with the future
-  const gpu::Image* light_ = nullptr;             ///< input of the next level, or the result
+  HistoryImages known_;  ///< input of the wavelet: the history, possibly merged with the future
+  const gpu::Image* light_ = nullptr;  ///< input of the next level; after the last one, the result
   std::array<gpu::Image, kMostGroups> filtered_;  ///< of FrameInputs
 };
 

@@ -27,10 +27,11 @@ namespace {
 using gpu::DryCommand;
 using gpu::DryDevice;
 
-/// Frames after which the images that swap must be back; sparse frames feed back at other times.
+/// Number of frames within which the swapped images must recur; with sparse frames feedback has
+/// other periods.
 constexpr size_t kMostFrames = 64;
 
-/// In the order of ScheduleInputNames.
+/// An input image; entries are in the order of ScheduleInputNames.
 struct InputImage {
   std::string_view name;
   VulkanImage& (*of)(VulkanFrame* frame);
@@ -181,7 +182,7 @@ class Recording {
     return Status::Ok();
   }
 
-  /// The properties of frames, which may be changed between them.
+  /// The properties of the next frames, which may be changed between frames.
   VulkanFrame* frame() { return &frame_; }
 
   Result<std::vector<DryCommand>> Record() {
@@ -191,7 +192,7 @@ class Recording {
   }
 
   const DryDevice& dry() const { return *dry_; }
-  /// Images of the caller, the first ones of the device.
+  /// Images of the caller, which are the first images of the device.
   const std::vector<ScheduleImage>& own_images() const { return own_; }
 
  private:
@@ -212,7 +213,7 @@ class Recording {
     frame_.samples_per_pixel = options_.samples_per_pixel;
     frame_.focal_pixels = options_.focal_pixels;
     if (options_.jittered) {
-      // Any offset: frames have their own.
+      // Arbitrary offsets, which real frames replace.
       frame_.jitter_x = 0.25f;
       frame_.jitter_y = -0.125f;
     }
@@ -264,7 +265,7 @@ Status AddResources(const ScheduleOptions& options, const Recording& recording,
   return Status::Ok();
 }
 
-/// Whether two frames differ in nothing but the values of their parameters.
+/// Whether two frames differ only in the values of their parameters.
 bool AreAlike(const std::vector<ScheduleCommand>& a, const std::vector<ScheduleCommand>& b) {
   return std::ranges::equal(a, b, [](ScheduleCommand x, ScheduleCommand y) {
     if (x.kind == ScheduleCommand::Kind::kUpdate && y.kind == x.kind) {
@@ -275,8 +276,8 @@ bool AreAlike(const std::vector<ScheduleCommand>& a, const std::vector<ScheduleC
   });
 }
 
-/// Finds where frames begin to repeat, and leaves those before and one period.
-/// \return whether they do
+/// Finds where frames begin to repeat, and keeps the frames before and one period.
+/// \return whether frames repeat
 bool FindPeriod(FrameSchedule* schedule) {
   std::vector<std::vector<ScheduleCommand>>& frames = schedule->frames;
   for (size_t from = 0; from < frames.size() / 2; ++from) {
@@ -336,7 +337,7 @@ void AddDifferentMembers(const Parameters& a, const Parameters& b, const ShaderT
   }
 }
 
-/// Members that differ between frames of the same commands, but for those of the index.
+/// Members that differ between frames with equal commands, except those that depend on the index.
 MembersOfBuffers MembersOfNumber(const std::vector<std::vector<DryCommand>>& frames,
                                  const FrameSchedule& schedule, const ShaderTable& table) {
   MembersOfBuffers members;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // The data of all compute shaders of the denoiser: the parameters of the frame, and the state that
-// the device keeps from frame to frame. C++ and GLSL have the same layout: members are ints,
-// floats, uints and blocks of such (SHARED_BLOCK).
+// the device keeps between frames. C++ and GLSL have one layout: members are ints, floats, uints
+// and blocks of them (SHARED_BLOCK).
 #ifndef STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 #define STILLRAY_DENOISE_VULKAN_FRAME_SHARED_H
 
@@ -36,26 +36,26 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   int width;
   int height;
   int signals;
-  int lights;          // bit k: light of kind k is given
-  int second_moments;  // bit k: and its second moment
-  int albedos;         // bit 0 albedo, 1 specular, 2 transmission: given, and light is divided
-  int lights_of_0;     // kinds that make up signal 0, ...
+  int lights;          // bit k: radiance of SignalKind k is given
+  int second_moments;  // bit k: the second moment of SignalKind k is given
+  int albedos;         // bit 0 albedo, 1 specular, 2 transmission: given and used for demodulation
+  int lights_of_0;     // bit k: SignalKind k is a term of signal 0, ...
   int lights_of_1;
   int lights_of_2;
   int lights_of_3;
-  int albedos_of_0;  // albedos whose sum divides signal 0, ...
+  int albedos_of_0;  // albedos whose sum is the divisor of signal 0, ...
   int albedos_of_1;
   int albedos_of_2;
   int albedos_of_3;
-  int by_channel;   // 1: signal c is channel c of the light
-  int own_albedos;  // as albedos, whether or not light is divided
+  int by_channel;   // 1: signal c is channel c of the radiance
+  int own_albedos;  // as `albedos`, whether or not radiance is demodulated
   int has_samples;
   int has_id;
   int has_emission;
   int has_background;
   int has_confidence;
   int has_previous_normal;
-  int measure_stride;  // distance of the measured pixels
+  int measure_stride;  // distance between the measured pixels
   // History.
   int has_history;
   int has_picture;
@@ -67,13 +67,13 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   int guide_colours;  // bit 0 albedo, 1 specular, 2 transmission, 3 emission, 4 background: given
   int pyramid_cells;  // of all levels of the pyramid together
   uint ghost_stamp;   // marks the held guides that this frame rejects
-  float shift_x;      // rounding offset of the places of held guides
+  float shift_x;      // rounding offset of the positions of held guides
   float shift_y;
   int estimates_variance;  // 0: the wavelet reads no variance
   int colour_is_half;      // which output image is given
-  int keeps_length;        // 1: its alpha is the length of the first signal's history; 0: it is 1
-  int shows;               // a display image is given
-  int energy_signals;      // bit s: restore_energy runs for signal s
+  int keeps_length;    // 1: output alpha is the history length of the first signal; 0: alpha is 1
+  int shows;           // a display image is given
+  int energy_signals;  // bit s: restore_energy runs for signal s
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;
@@ -100,22 +100,22 @@ struct FrameState {
 #else
 layout(set = 0, binding = 29, std430) buffer FrameState {
 #endif
-  // Light is stored times a power of two of its signal, chosen so that half precision neither
-  // overflows nor underflows; ratio: this frame's over the last frame's.
+  // Exposure of each signal: radiance is stored times this power of two, chosen so that half
+  // precision neither overflows nor underflows; ratio: this frame's exposure over the last frame's.
   float exposure[4];
   float exposure_ratio[4];
   float picture_exposure;
   float picture_ratio;
-  float compressed_scale[4];  // luminance that is compressed to 1/2, without exposure; 0: none yet
+  float compressed_scale[4];  // luminance compressed to 1/2, without exposure; 0: none yet
   float old_compressed_scale[4];
-  float mean_luminance[4];  // of accumulated light, without exposure
+  float mean_luminance[4];  // of the accumulated signal, without exposure
   // Counts of this frame, cleared with its parameters.
   uint non_finite;
   uint negative;
   uint bad_guides;
   // Results of fill_guides for this frame.
   uint known_pixels;
-  uint guides_move;  // not 0: some known pixel moves
+  uint guides_move;  // not 0: some known pixel has motion
 };
 
 #ifdef __cplusplus

@@ -16,17 +16,17 @@
 
 namespace stillray::vulkan {
 
-/// Images on the device for all images of a frame, and their staging memory.
+/// Device images for all images of a frame, and their staging memory.
 class FrameUpload {
  public:
-  /// \param facts  which images exist
+  /// \param facts  the images that exist
   static Result<std::unique_ptr<FrameUpload>> Create(const gpu::DeviceContext* context, int width,
                                                      int height, const FrameFacts& facts);
-  /// Whether a frame has the same images.
+  /// Whether a frame has the images of this upload, in number and size.
   bool Fits(int width, int height, const FrameFacts& facts) const;
 
   /// Copies the frame to staging memory.
-  /// \param images  fourth channels of the specular albedo and of the emission
+  /// \param images  stored in the fourth channels of the specular albedo and of the emission
   Status Write(const Frame& frame, const ShownImages& images = {});
   /// Records the copies to the images.
   void Record(VkCommandBuffer commands);

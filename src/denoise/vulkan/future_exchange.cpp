@@ -11,10 +11,10 @@
 namespace stillray::vulkan {
 namespace {
 
-constexpr int kTexel = 4;   ///< numbers of a texel
-constexpr int kImages = 2;  ///< light and moments
+constexpr int kTexel = 4;   ///< floats per texel
+constexpr int kImages = 2;  ///< colour and moments
 
-/// The planes whose numbers the texels of an image hold, in their order; nullptr: not used.
+/// The planes that the channels of an image store, in order; nullptr: unused channel.
 template <typename History>
 auto PlanesOf(History& h, int which) {
   using Plane = decltype(&h.mean);
@@ -48,7 +48,7 @@ Result<std::unique_ptr<FutureExchange>> FutureExchange::Create(const gpu::Device
     STILLRAY_RETURN_IF_ERROR(added.status());
     *image = *added;
   }
-  // The host reads it in one of the two directions, which needs cached memory.
+  // The host reads the buffer in one of the two directions, which requires cached memory.
   const VkDeviceSize bytes = VkDeviceSize{kImages} * kTexel * sizeof(float) *
                              static_cast<VkDeviceSize>(width) * static_cast<VkDeviceSize>(height) *
                              static_cast<VkDeviceSize>(signals);

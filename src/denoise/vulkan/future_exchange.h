@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Transfers light of the future between the device and host memory, which holds that of many
-/// frames: see FutureLight.
+/// Transfers the histories of later frames between the device and host memory, which holds those of
+/// many frames: see FutureLight.
 #pragma once
 
 #include <memory>
@@ -24,22 +24,22 @@ class FutureExchange {
   const FutureImages& images() const { return images_; }
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
-  /// Transitions the images to their layout, once. Record it before they are used.
+  /// Transitions the images to their layout, once. Must be recorded before their first use.
   void Prepare(VkCommandBuffer commands);
 
-  /// Copies to memory that the device reads. \param future  of every signal, of this size
+  /// Copies to memory that the device reads. \param future  one history per signal, of this size
   Status Write(std::span<const SignalHistory> future);
   /// Records the copy to the images; the passes that read them must wait for it.
   void RecordUpload(VkCommandBuffer commands);
 
   /// Records the copy of the images to host memory, after the passes that write them.
   void RecordDownload(VkCommandBuffer commands);
-  /// Call after the device has finished that copy.
+  /// Must be called after the device has finished the download.
   Status Read(std::vector<SignalHistory>* future) const;
 
  private:
   explicit FutureExchange(const gpu::DeviceContext* context) : context_(context), arena_(context) {}
-  /// First number of a signal's row in staging memory; which: 0 light, 1 moments.
+  /// First number of a signal's row in staging memory; which: 0 colour, 1 moments.
   float* Row(int which, int signal, int y) const;
 
   const gpu::DeviceContext* context_;

@@ -77,23 +77,23 @@ class HostDenoiser : public DenoiserBackend {
   Settings settings_;
   Storage storage_;
   Results wanted_;
-  Results results_;  ///< requested forms of the frame in progress
+  Results results_;  ///< requested results of the current frame
   SharedPictures pictures_;
-  std::shared_ptr<DevicePicture> shared_;  ///< its destination; nullptr: none
-  bool has_result_ = false;                ///< `download_` has the picture of the last frame
+  std::shared_ptr<DevicePicture> shared_;  ///< destination of the shared result; nullptr: none
+  bool has_result_ = false;                ///< `download_` has the output image of the last frame
   std::vector<std::string> outputs_;
   std::unique_ptr<gpu::Arena> state_memory_;
   const gpu::Buffer* state_ = nullptr;
   std::unique_ptr<FramePipeline> pipeline_;
-  std::unique_ptr<FrameUpload> upload_;  ///< nullptr: frames are on the device already
+  std::unique_ptr<FrameUpload> upload_;  ///< nullptr: frames are already on the device
   std::unique_ptr<FrameDownload> download_;
   std::unique_ptr<OutputReader> reader_;
   SeenFrames seen_;
-  FrameInputs inputs_;                      ///< of the frame in progress
-  FramePart* part_ = nullptr;               ///< that frame, if it is part of one on the device
-  OddValues odd_;                           ///< of its values
-  ShownImages shown_;                       ///< see ShowImages
-  Frame from_elsewhere_;                    ///< host copy of a frame on another device
+  FrameInputs inputs_;         ///< of the current frame
+  FramePart* part_ = nullptr;  ///< the current frame, if it is part of a frame on the device
+  OddValues odd_;              ///< warnings about the values of the current frame
+  ShownImages shown_;          ///< see ShowImages
+  Frame from_elsewhere_;       ///< host copy of a frame on another device
   std::unique_ptr<FutureExchange> future_;  ///< nullptr until there is a future
   std::vector<double> row_sums_;
   gpu::CommandList passes_;
@@ -129,21 +129,21 @@ Result<FrameFacts> HostDenoiser::Take(const Frame& frame) {
   return facts;
 }
 
-/// The progress of the sequence; that of a new one if the history does not fit the frame.
+/// The progress of the sequence, or of a new sequence if the history does not fit the frame.
 SequenceProgress HostDenoiser::ProgressFor(const Frame& f) const {
   const bool fits =
       pipeline_ != nullptr && pipeline_->Fits(settings_, f.width, f.height, HasTransmission(f));
   return fits ? pipeline_->progress() : SequenceProgress();
 }
 
-/// Uses a frame that is on this device.
+/// Uses the images of a frame on this device as inputs.
 Result<FrameFacts> HostDenoiser::TakeHere(const Frame& frame, const gpu::DeviceFrame& pixels) {
   STILLRAY_RETURN_IF_ERROR(CheckSize(frame, pixels));
   const std::shared_ptr<const void> owner = frame.on_device;
   return TakeImages(frame, FactsOf(frame, pixels), InputsOf(pixels), {&owner, 1});
 }
 
-/// \param owners  of the images
+/// \param owners  owners of all images
 Result<FrameFacts> HostDenoiser::TakeImages(const Frame& frame, FrameFacts facts,
                                             const FrameInputs& inputs,
                                             std::span<const std::shared_ptr<const void>> owners) {
@@ -177,7 +177,7 @@ Status HostDenoiser::PreparePipeline(int width, int height, bool transmission) {
     return Status::Ok();
   }
   reader_.reset();
-  pipeline_.reset();  // first, since both may not fit into memory
+  pipeline_.reset();  // freed first, since both may not fit into memory
   PipelineOptions options = {settings_,    width,    height,
                              transmission, storage_, device_->has_timestamps()};
   Result<std::unique_ptr<FramePipeline>> made = FramePipeline::Create(&device_->context(), options);
@@ -192,7 +192,7 @@ Status HostDenoiser::PrepareWork(const Frame& f, const FrameFacts& facts) {
   return pipeline_->PrepareFilling(facts);
 }
 
-/// Allocates memory for light of the future, if necessary.
+/// Allocates memory for the histories of later frames, if necessary.
 Status HostDenoiser::PrepareFuture(const Frame& f) {
   const int signals = pipeline_->shape().signals;
   if (future_ != nullptr && future_->Fits(f.width, f.height, signals)) {
@@ -233,7 +233,7 @@ Status HostDenoiser::PrepareDownload(const Frame& f) {
   return download_->Prepare(results_);
 }
 
-/// Copies the picture if memory cannot be shared.
+/// Selects the results of the frame: the image is downloaded if memory cannot be shared.
 void HostDenoiser::ChooseResults(const Frame& f) {
   results_ = wanted_;
   shared_ = nullptr;
@@ -258,12 +258,12 @@ Status HostDenoiser::MakeStateBuffer() {
   return Status::Ok();
 }
 
-/// Adds what writes the images of a part of a frame.
+/// Adds the passes that write the images of a frame's part.
 Status HostDenoiser::AddPart() {
   return part_ != nullptr ? part_->record(&passes_) : Status::Ok();
 }
 
-/// Records the passes if all of them were added; else the sequence stays as it was.
+/// Records the passes if all were added without error; else restores the state before the frame.
 Status HostDenoiser::RecordPasses(VkCommandBuffer commands, const FramePipeline::Checkpoint& before,
                                   const Status& added) {
   if (!added.ok()) {
@@ -321,7 +321,7 @@ Status HostDenoiser::Run(const FramePlan& plan, const FrameFacts& facts) {
   return device_->Run();
 }
 
-/// A frame of a sequence that is played backward.
+/// Runs a frame of a sequence that is processed backward.
 Status HostDenoiser::RunBackward(const FramePlan& plan, const FrameFacts& facts) {
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();

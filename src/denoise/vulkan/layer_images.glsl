@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Common to the shaders of layer_passes.h, which read the images of a frame: one thread for each
+// Common code of the shaders of layer_passes.h, which read the images of a frame: one thread per
 // pixel, floats in all images.
 #extension GL_EXT_samplerless_texture_functions : require
 

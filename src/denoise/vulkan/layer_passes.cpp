@@ -22,11 +22,11 @@ STILLRAY_SHADER(PlaceHits)
 
 namespace {
 
-/// The kinds of light of a layer.
+/// The signal kinds and the albedo of a layer.
 struct LayerLights {
   size_t direct;
   size_t indirect;
-  size_t albedo;  ///< in FrameInputs::albedos
+  size_t albedo;  ///< index in FrameInputs::albedos
 
   uint32_t bits() const { return 1u << direct | 1u << indirect; }
 };
@@ -42,7 +42,7 @@ const LayerLights& OtherLights(GuideSource source) {
   return source == GuideSource::kReflection ? kTransmitted : kReflected;
 }
 
-/// Of select_guides.comp.
+/// Push constants of select_guides.comp.
 struct SelectPush {
   float virtual_roughness = 0;
   float image_normal = 1;
@@ -55,13 +55,13 @@ struct SelectPush {
   int32_t height = 0;
 };
 
-/// Of rescale_moments.comp.
+/// Push constants of rescale_moments.comp.
 struct RescalePush {
   int32_t width = 0;
   int32_t height = 0;
 };
 
-/// Of add_layer.comp.
+/// Push constants of add_layer.comp.
 struct AddPush {
   int32_t has_id = 0;
   int32_t has_emission = 0;
@@ -71,7 +71,7 @@ struct AddPush {
 };
 
 constexpr uint32_t kMostMarks = 4;
-/// Frames with different images for which the first pool of sets has room.
+/// Number of frames with different images for which the first descriptor pool suffices.
 constexpr uint32_t kFramesOfAPool = 4;
 constexpr VkPipelineStageFlags kCompute = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 constexpr VkAccessFlags kReadAndWrite = VK_ACCESS_SHADER_READ_BIT | VK_ACCESS_SHADER_WRITE_BIT;
@@ -125,7 +125,7 @@ Status AddImages(const LayerShape& shape, LayerImages* to) {
 
 }  // namespace
 
-/// In the order of LayerPasses::Pass.
+/// The shaders, in the order of LayerPasses::Pass.
 std::vector<LayerShader> LayerShaders() {
   return {
       {"select_guides",
@@ -191,7 +191,7 @@ Status LayerPasses::Prepare(const LayerShape& shape) {
   if (images_ != nullptr && shape_ == shape) {
     return Status::Ok();
   }
-  images_.reset();  // first, since both may not fit into memory
+  images_.reset();  // freed first, since both may not fit into memory
   auto made = std::make_shared<LayerImages>(context_);
   STILLRAY_RETURN_IF_ERROR(AddImages(shape, made.get()));
   STILLRAY_RETURN_IF_ERROR(made->arena.Allocate());
@@ -217,7 +217,8 @@ void LayerPasses::End(gpu::CommandList* commands, gpu::Timestamps* times) {
   commands->BeginPart({}, timed_ ? times : nullptr);
 }
 
-/// One thread for each pixel. \param images  those that the shader reads, then those that it writes
+/// Runs a pass with one thread per pixel. \param images  first the images that the shader reads,
+/// then those that it writes
 Status LayerPasses::Run(gpu::CommandList* commands, Pass pass, std::span<const ImageRef> images,
                         std::span<const std::byte> push) {
   const LayerShader info = InfoOf(pass);
@@ -244,7 +245,8 @@ void LayerPasses::PrepareImages(VkCommandBuffer commands) {
   }
 }
 
-/// Writes depth and motion of the images that hit distances place, and makes them those of `seen`.
+/// Computes depth and motion of the virtual images from hit distances, and stores their images in
+/// `seen`.
 Status LayerPasses::PlaceHits(gpu::CommandList* commands, const ImageRef& depth,
                               VirtualInputs* seen) {
   const ImageRef images[] = {depth, seen->hit_distance, RefTo(images_->hit_depth),
@@ -264,13 +266,13 @@ Status LayerPasses::RecordLayer(gpu::CommandList* commands, const FrameFacts& fa
   ++frames_;
   sets_.BeginFrame(frames_);
   commands->Call([this](VkCommandBuffer into) { PrepareImages(into); });
-  WaitForWrites(commands);  // the passes of the last frame may still read what these write
+  WaitForWrites(commands);  // the last frame's passes may still read these images
   Begin(commands, kSelectGuides, &layer_times_);
   if (seen.hit_distance.view != VK_NULL_HANDLE) {
     STILLRAY_RETURN_IF_ERROR(PlaceHits(commands, from.depth, &seen));
   }
   const bool has_previous = HasPreviousNormals(facts);
-  // The shader needs images of the right format in place of those that are not given.
+  // The shader needs images of the right format in place of absent ones.
   const ImageRef previous_from = has_previous ? from.previous_normal : from.normal;
   const gpu::Image* previous_to = has_previous ? to.previous_normal : to.normal;
   const LayerLights& lights = LightsOf(source_);
@@ -344,7 +346,7 @@ Status LayerPasses::RecordRest(gpu::CommandList* commands, const FrameFacts& fac
                              RefTo(own.emission)};
   const AddPush push = {facts.has_id ? 1 : 0, facts.has_emission ? 1 : 0,
                         facts.length_of_images ? 1 : 0, width_, height_};
-  WaitForWrites(commands);  // of the layer's picture
+  WaitForWrites(commands);  // writes of the layer's output image
   Begin(commands, kAddLayer, &rest_times_);
   STILLRAY_RETURN_IF_ERROR(Run(commands, kAddLayer, images, BytesOf(push)));
   WaitForWrites(commands);
@@ -417,7 +419,7 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
 FrameInputs LayerPasses::InputsOfRest(const FrameFacts& facts, const FrameInputs& frame) const {
   FrameInputs inputs = frame;
   if (SumsImages(facts)) {
-    // For sum_albedo alone: the rest has no light that it divides.
+    // Only for sum_albedo: the rest has no radiance that is divided by this albedo.
     inputs.albedos[LightsOf(source_).albedo] = RefTo(images_->albedo);
   }
   inputs.motion = RefTo(images_->picture_motion);

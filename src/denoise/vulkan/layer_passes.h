@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The passes between two parts of a frame with virtual guides, a layer of reflected or transmitted
-/// light and the rest, each of which a FramePipeline denoises: the layer first, whose picture is
-/// emission of the rest. Of two layers the second takes the rest of the first as its frame in
-/// RecordRest and what belongs to it. See layered_denoiser.h.
+/// The passes that split a frame with virtual guides into two parts: a layer of reflected or
+/// transmitted light, and the remaining frame ("rest"). A FramePipeline denoises each: the layer
+/// first, whose image is added to the emission of the rest. With two layers, the frame of the
+/// second one's RecordRest (and FactsOfRest, InputsOfRest) is the rest of the first. See
+/// layered_denoiser.h.
 #pragma once
 
 #include <array>
@@ -25,11 +26,11 @@ namespace stillray::vulkan {
 /// Virtual guides, on the device: see VirtualGuides.
 struct VirtualInputs {
   ImageRef depth;
-  ImageRef normal;  ///< none: that of the surface
+  ImageRef normal;  ///< none: the normal of the surface
   ImageRef motion;
-  ImageRef id;      ///< read if the frame has ids; none: that of the surface
+  ImageRef id;      ///< read if the frame has ids; none: the id of the surface
   ImageRef albedo;  ///< none: white
-  /// With `hit_distance` depth and motion follow from it, and are not read.
+  /// If given, depth and motion are computed from it, and `depth` and `motion` are not read.
   ImageRef hit_distance = {};
   HitCamera hit_camera = {};
 };
@@ -38,9 +39,9 @@ struct LayerShape {
   int width = 0;
   int height = 0;
   bool previous_normals = false;
-  bool second_moments = false;  ///< of the layer's direct and indirect light, if both are given
-  bool with_picture = false;    ///< the layer's picture, which the caller's denoiser writes
-  bool with_hits = false;       ///< what VirtualInputs::hit_distance needs
+  bool second_moments = false;  ///< of the layer's direct and indirect radiance, if both are given
+  bool with_picture = false;    ///< allocate the layer's output image, written by the caller
+  bool with_hits = false;       ///< allocate the images for VirtualInputs::hit_distance
 
   friend bool operator==(const LayerShape&, const LayerShape&) = default;
 };
@@ -50,7 +51,7 @@ struct LayerImages {
   explicit LayerImages(const gpu::DeviceContext* context) : arena(context) {}
 
   gpu::Arena arena;
-  bool used = false;  ///< their layout is set
+  bool used = false;  ///< image layouts are set
   // Of the layer:
   const gpu::Image* depth = nullptr;
   const gpu::Image* normal = nullptr;
@@ -60,16 +61,16 @@ struct LayerImages {
   const gpu::Image* albedo = nullptr;
   const gpu::Image* previous_normal = nullptr;  ///< LayerShape::previous_normals
   const gpu::Image* direct_moment = nullptr;    ///< LayerShape::second_moments
-  const gpu::Image* indirect_moment = nullptr;  ///< likewise
+  const gpu::Image* indirect_moment = nullptr;  ///< LayerShape::second_moments
   const gpu::Image* picture = nullptr;          ///< LayerShape::with_picture
   const gpu::Image* hit_depth = nullptr;        ///< LayerShape::with_hits
-  const gpu::Image* hit_motion = nullptr;       ///< likewise
+  const gpu::Image* hit_motion = nullptr;       ///< LayerShape::with_hits
   // Of the rest:
   const gpu::Image* picture_motion = nullptr;
   const gpu::Image* emission = nullptr;
 };
 
-/// A shader of LayerPasses: its resources are those of set 0.
+/// A shader of LayerPasses; all its resources are in set 0.
 struct LayerShader {
   const char* stage = "";  ///< in timings
   std::span<const uint32_t> code;
@@ -81,7 +82,7 @@ std::vector<LayerShader> LayerShaders();
 
 class LayerPasses {
  public:
-  /// The memory of Prepare. Allocates nothing.
+  /// The memory that Prepare allocates. Allocates nothing itself.
   static Result<gpu::MemoryUse> Need(const gpu::DeviceContext* context, const LayerShape& shape);
   /// Compiles the shaders.
   /// \param source       of the layer's guides: kReflection or kRefraction
@@ -96,34 +97,35 @@ class LayerPasses {
 
   /// Makes images for frames of this shape, if necessary.
   Status Prepare(const LayerShape& shape);
-  /// The next frames have this size, at most that of the images.
+  /// Sets the size of the next frames, at most that of the images.
   void Resize(int width, int height);
-  /// Forgets the images of frames; none may be in use by the device.
+  /// Discards the descriptor sets of input images, which the device must no longer use.
   Status ForgetInputs() { return sets_.Clear(); }
 
-  /// Adds the passes that write the layer's guides, as FramePipeline::Record. Depth and motion of
-  /// `seen`, or its hit distance, are given, and the frame's motion, roughness, albedo, and the
-  /// albedo that divides the layer's light.
+  /// Adds the passes that write the layer's guides; errors as in FramePipeline::Record. Required:
+  /// depth and motion of `seen`, or its hit distance; the frame's motion, roughness, albedo, and
+  /// the layer's divisor albedo.
   Status RecordLayer(gpu::CommandList* commands, const FrameFacts& facts, const FrameInputs& frame,
                      const VirtualInputs& seen, const SelectGuidesParameters& select);
-  /// Writes emission and motion of the rest. \param picture  the layer's, denoised
+  /// Writes emission and motion of the rest. \param picture  the denoised image of the layer
   Status RecordRest(gpu::CommandList* commands, const FrameFacts& facts, const FrameInputs& frame,
                     const ImageRef& picture);
 
-  /// Facts and inputs of both parts, from those of the frame. The result is that of the frame.
+  /// Facts and inputs of both parts, from those of the frame. Outputs are those of the frame.
   FrameFacts FactsOfLayer(const FrameFacts& frame) const;
   FrameInputs InputsOfLayer(const FrameInputs& frame) const;
   FrameFacts FactsOfRest(const FrameFacts& frame) const;
   FrameInputs InputsOfRest(const FrameFacts& facts, const FrameInputs& frame) const;
 
-  /// Undoes the passes of a frame that was not recorded. \param frames  recorded before it
+  /// Undoes the passes of a frame that was not recorded. \param frames  number of frames recorded
+  /// before it
   void GoBackTo(uint32_t frames) { frames_ = frames; }
   uint32_t frames() const { return frames_; }
 
   /// nullptr before Prepare.
   const std::shared_ptr<LayerImages>& images() const { return images_; }
   gpu::MemoryUse memory() const;
-  /// Of the newest frame that the device has finished.
+  /// Adds the times of the newest frame that the device has finished.
   void AddTimes(std::vector<StageTime>* times) const;
 
  private:

@@ -46,7 +46,7 @@ Result<Frame> LayerSplit::MakeLayer(const Frame& frame, GuideSource source,
   }
   LayerPasses* const passes = layer.passes.get();
   STILLRAY_RETURN_IF_ERROR(passes->Prepare(ShapeOf(pixels.shape())));
-  // Other images may have come under the handles of those of the last frame.
+  // New images may have the handles of the last frame's images.
   STILLRAY_RETURN_IF_ERROR(passes->ForgetInputs());
   const FrameFacts facts = FactsOf(frame, pixels);
   const FrameInputs inputs = InputsOf(pixels);

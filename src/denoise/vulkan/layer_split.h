@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Frames that a renderer left on the device, in the parts that a LayeredDenoiser denoises: layers
-/// of reflected and of transmitted light, and the rest. See FrameSplit in backend.h.
+/// Splits frames that a renderer left on the device into the parts that a LayeredDenoiser
+/// processes: layers of reflected and of transmitted light, and the rest. See FrameSplit in
+/// backend.h.
 #pragma once
 
 #include <functional>
@@ -16,15 +17,15 @@
 
 namespace stillray::vulkan {
 
-/// A part of a frame, as the denoiser on the same device reads it.
+/// A part of a frame, as input of a denoiser on the same device.
 class FramePart final : public FrameOnDevice {
  public:
   FrameFacts facts;
-  FrameInputs inputs;                               ///< some of them images of the whole frame
+  FrameInputs inputs;                               ///< some are images of the whole frame
   std::vector<std::shared_ptr<const void>> owners;  ///< of all inputs
   /// Adds the passes that write the part's own images, before those that read them.
   std::function<Status(gpu::CommandList*)> record;
-  ImageRef picture;  ///< set by the denoiser: the finished picture
+  ImageRef picture;  ///< set by the denoiser: its output image
 
   Status Download(uint32_t planes, Frame* host) const override;
   uint64_t bytes() const override { return 0; }  // its images are counted as FrameSplit::memory
@@ -39,14 +40,14 @@ class LayerSplit final : public FrameSplit {
   Result<Frame> MakeRest(const Frame& frame) override;
   void AddTimes(std::vector<StageTime>* times) const override;
   DeviceMemory memory() const override;
-  /// Of a layer of the last frame, for tests; nullptr before the first one.
+  /// The images of a layer of the last frame, for tests; nullptr before the first frame.
   const LayerImages* images(GuideSource source) const;
 
  private:
-  /// A layer of frames.
+  /// The state of a layer.
   struct Layer {
-    std::unique_ptr<LayerPasses> passes;  ///< nullptr before the first one
-    std::weak_ptr<FramePart> part;        ///< of the frame in progress
+    std::unique_ptr<LayerPasses> passes;  ///< nullptr before the first frame
+    std::weak_ptr<FramePart> part;        ///< of the current frame
   };
 
   explicit LayerSplit(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}

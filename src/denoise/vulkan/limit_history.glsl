@@ -6,15 +6,16 @@
 // halves.
 const float kSingleScale = 65536.0f;
 
-// That of changes and, squared, of their squares: small ones are precise in halves.
+// The factor of stored changes and, squared, of their squares, so that small ones are precise in
+// half precision.
 const float kChangeScale = 16.0f;
 
-// Blocks along each side.
+// Number of blocks along each axis.
 ivec2 CoarseSize() {
   return (Size() + 1) / 2;
 }
 
-// MovingLight of a signal, after measure_change: of diffuse light, the largest.
+// MovingLight of a signal, after measure_change; for diffuse signals, the largest among them.
 float MovingLightOf(int s) {
   if (!FindsMovingLight(limit_history.correct_history, atrous.grows)) {
     return 0.0f;
@@ -29,8 +30,8 @@ float MovingLightOf(int s) {
   return moving;
 }
 
-// Largest length that a history with these moments may count for. \param limits  the result of
-// limit_history: ratio, relative bias
+// Limit of the length of a history with these moments.
+// \param limits  output of limit_history: ratio, relative bias
 float MostLength(vec4 m, vec4 limits) {
   return LimitedLength(m.z, m.w, limits.y, limit_history.limit_gain);
 }

@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "denoise/stages/edge_stopping_shared.h"
 
-// A luminance factor as the inverse, which has the range of light.
+// A luminance factor is stored as its inverse, which has the range of radiance.
 const float kNoLuminanceWeight = 6e4f;
 #ifdef STILLRAY_HALF
-const float kLeastReach = 6e-8f;  // the least that a half holds
+const float kLeastReach = 6e-8f;  // the smallest positive half
 #else
 const float kLeastReach = 1e-30f;
 #endif

@@ -4,8 +4,9 @@
 #extension GL_GOOGLE_include_directive : require
 
 // restore_energy, MeasureEnergy: see stages/restore_energy.h. One invocation per block of 2x2
-// pixels. Before the wavelet, which may overwrite the accumulated light, and after it. light_out:
-// mean of the accumulated light, of the filtered light, deviation of their difference.
+// pixels. Runs before the wavelet, which may overwrite the accumulated signal, and after it.
+// light_out: mean of the accumulated signal, mean of the filtered signal, deviation of their
+// difference.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 #include "denoise/stages/restore_energy_shared.h"
@@ -14,13 +15,13 @@ layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
 layout(set = 1, binding = 2) uniform texture2DArray moments;
 layout(set = 1, binding = 3) uniform texture2DArray light;
-layout(set = 1, binding = 4) uniform texture2DArray begun;  // light_out of the first time
+layout(set = 1, binding = 4) uniform texture2DArray begun;  // light_out of the first run
 layout(set = 1, binding = 5, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
 layout(set = 1, binding = 6, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
 layout(set = 1, binding = 7, LIGHT_FORMAT) writeonly uniform image2DArray light_out;
 
 layout(push_constant) uniform Push {
-  int is_filtered;  // 0: light is the accumulated light, 1: the filtered light
+  int is_filtered;  // 0: light is the accumulated signal, 1: the filtered signal
 };
 
 #include "denoise/vulkan/coarse_grid.glsl"

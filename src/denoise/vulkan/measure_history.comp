@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Sums of accumulated light over each workgroup, for the Gaussians of EAW.
+// Sums of the accumulated signals over each workgroup, for the Gaussians of EAW.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/reduce.glsl"
 

@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Measures the brightness of new light, emission and background: sums over each workgroup's pixels,
-// of every measure_stride-th row and column, and a histogram. update_exposure computes exposures
-// and the limit of negative light from them.
+// Measures the luminance of the new signals, emission and background: sums over each workgroup, of
+// every measure_stride-th row and column, and a histogram. update_exposure computes exposures and
+// the limit of negative values from them.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/vulkan/reduce.glsl"
@@ -48,7 +48,7 @@ void main() {
   barrier();
   ivec2 p = ivec2(gl_GlobalInvocationID.xy) * measure_stride + measure_stride / 2;
   vec4 light = vec4(0.0f);
-  vec4 other = vec4(0.0f);  // unfiltered light, pixels with a sample, pixels
+  vec4 other = vec4(0.0f);  // unfiltered radiance, pixels with samples, pixels
   if (Inside(p)) {
     for (int s = 0; s < SignalCount(); ++s) {
       NewLight new_light = LoadNewLight(s, p, kMostLight);

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// keep_mirrors, before its wavelet levels: see stages/keep_mirrors.h. Squared difference of
-// filtered light and sample, variance of the sample.
+// keep_mirrors, before its wavelet levels: see stages/keep_mirrors.h. Writes the squared difference
+// of filtered signal and sample, and the variance of the sample.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/sample_squares.glsl"
 #include "denoise/stages/keep_mirrors_shared.h"

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// keep_samples, before its wavelet levels: see stages/keep_samples.h. Squared difference of
-// filtered light and samples, variance of the samples.
+// keep_samples, before its wavelet levels: see stages/keep_samples.h. Writes the squared difference
+// of filtered signal and samples, and the variance of the samples.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/sample_squares.glsl"
 #include "denoise/stages/keep_samples_shared.h"

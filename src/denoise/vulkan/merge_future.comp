@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// merge_future: see stages/merge_future.h. The history is unchanged; the input of the wavelet is
-// written to other images.
+// merge_future: see stages/merge_future.h. The history is unchanged; the merged input of the
+// wavelet is written to other images.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/accumulate_shared.h"
 #include "denoise/stages/merge_future_shared.h"

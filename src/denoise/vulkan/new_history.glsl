@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The new history of a pixel: see stages/accumulate.h. After common.glsl; needs
+// The new history of a pixel: see stages/accumulate.h. Include after common.glsl; requires
 //   vec4 LoadNoisy(ivec3 at), float LoadWithin(ivec3 at)
 #include "denoise/stages/accumulate_shared.h"
 
@@ -13,8 +13,8 @@ struct NewHistory {
   float compressed;
 };
 
-// m: moments with a variance; at: pixel and signal; least: of the light and of its moments;
-// history_length, ratio: after limit_history.
+// m: moments with a variance; at: pixel and signal; least: LeastWeights; history_length, ratio:
+// from limit_history.
 NewHistory Accumulate(ivec3 at, vec3 colour, vec4 m, vec3 behind, float compressed,
                       float history_length, float ratio, vec2 least) {
   vec4 light = LoadNoisy(at);
@@ -40,7 +40,7 @@ NewHistory Accumulate(ivec3 at, vec3 colour, vec4 m, vec3 behind, float compress
   return history;
 }
 
-// The least weights of new light and of its moments.
+// The least weights of a new frame in the colour and in the moments.
 vec2 LeastWeights(float confidence) {
   return vec2(ConfidentAlpha(accumulate.alpha_min, confidence),
               ConfidentAlpha(accumulate.alpha_moments, confidence));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The new light of one signal at a pixel, from the caller's images: see stages/demodulate.h. Loops
-// over kinds are unrolled: each kind is an image of its own.
+// The new samples of one signal at a pixel, from the caller's images: see stages/demodulate.h.
+// Loops over kinds are unrolled, since each kind is a separate image.
 #include "denoise/stages/suppress_fireflies_shared.h"
 
 vec3 LoadLight(int kind, ivec2 p) {
@@ -80,19 +80,19 @@ float Luminance(vec3 c) {
                                           : Luminance709(c.x, c.y, c.z);
 }
 
-// The channel of the light that the signal consists of; -1: all.
+// The channel of the radiance that the signal contains; -1: all.
 int ChannelOf(int signal) {
   return by_channel != 0 ? signal : -1;
 }
 
 struct NewLight {
-  vec3 colour;  // luminance, red, blue (LumaImage3 on the CPU); zero where the sample is missing
+  vec3 colour;  // luminance, red, blue (LumaImage3 on the CPU); zero if the sample is missing
   float samples;
   bool non_finite;
   bool negative;
 };
 
-// limit: negative light above -limit is zero.
+// limit: values in (-limit, 0) become zero.
 NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   int kinds = LightsOf(signal);
   vec3 sum = vec3(0.0f);
@@ -126,7 +126,7 @@ NewLight LoadNewLight(int signal, ivec2 p, float limit) {
   return result;
 }
 
-// Variance of single samples within the pixel; of valid samples.
+// Variance of single samples within the pixel, which must have valid samples.
 float WithinVariance(int signal, ivec2 p) {
   int kinds = LightsOf(signal) & second_moments;
   vec3 albedo = AlbedosOf(signal) != 0 ? AlbedoSum(signal, p) : vec3(1.0f);

@@ -31,7 +31,7 @@ Result<Found> FindDevices() {
 
 }  // namespace
 
-/// A usable GPU, or the CPU with the reason.
+/// Opens a usable GPU, else the CPU, with the reason as remark.
 Result<Device> Device::OpenBest() {
   Device cpu;
   const Result<Found> found = FindDevices();

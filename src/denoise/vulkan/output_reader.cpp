@@ -16,7 +16,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Same as in common.glsl.
+/// Must equal kLeastDeviation of common.glsl.
 constexpr float kLeastDeviation = 1e-4f;
 
 /// The source images of an output.
@@ -263,7 +263,7 @@ Status OutputReader::Read(const FramePipeline& pipeline, const FrameState& state
       complete = complete && (kept_.find(source)->second.copied || spare);
     }
     if (!complete) {
-      continue;  // that stage did not run
+      continue;  // the stage did not run
     }
     NamedImage image = {name, {}};
     if (kind == "disocclusion") {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Intermediate pictures of a denoiser on Vulkan, by their public names.
+/// Intermediate images of a denoiser on Vulkan, by their public names.
 #pragma once
 
 #include <map>
@@ -16,7 +16,7 @@ namespace stillray::vulkan {
 /// Downloads the source images of requested outputs, and converts them to those outputs.
 class OutputReader : public FrameObserver {
  public:
-  /// \param names  of single outputs: see Denoiser::OutputNames
+  /// \param names  full names of outputs, see Denoiser::OutputNames
   static Result<std::unique_ptr<OutputReader>> Create(const gpu::DeviceContext* context,
                                                       const FramePipeline& pipeline,
                                                       std::vector<std::string> names);
@@ -34,7 +34,7 @@ class OutputReader : public FrameObserver {
   gpu::MemoryUse memory() const { return arena_.Need(); }
 
  private:
-  /// Values of an image of light, read back: width x height x layers, four each.
+  /// Host copy of an image: width x height x layers, four values each.
   struct Kept {
     const gpu::Buffer* buffer = nullptr;
     bool copied = false;  ///< in this frame

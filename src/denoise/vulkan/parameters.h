@@ -10,7 +10,7 @@
 
 namespace stillray::vulkan {
 
-/// The images for these settings; the caller sets `storage` and size.
+/// The set of images for these settings.
 Shape ShapeOf(const Settings& settings, int width, int height, int signals, Storage storage);
 
 FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, const Shape& shape);

@@ -43,12 +43,12 @@ gpu::SetContent FrameContent(const FrameInputs& in, const FrameImages& images) {
   return content;
 }
 
-/// Stand for the frame's buffers, which every pass may use.
+/// Their addresses represent the frame's buffers, which every pass may use.
 constexpr char kState = 0;
 constexpr char kPartials = 0;
 
-/// Calls use(resource, writes) for all that a pass reads and writes beside inputs, parameters and
-/// outputs of the frame. Of outputs each is written by one pass.
+/// Calls use(resource, writes) for all resources of a pass except the frame's inputs, parameters
+/// and outputs. Each output is written by one pass only.
 template <typename Function>
 void ForEachUse(const ShaderInfo& info, std::span<const gpu::Image* const> images,
                 std::span<const gpu::Buffer* const> buffers, const Function& use) {
@@ -77,7 +77,7 @@ void PassRecorder::UseFrame(const FrameInputs& inputs, const FrameImages& images
     return;
   }
   frame_set_ = *set;
-  always_waits_ = true;  // passes may have written its inputs
+  always_waits_ = true;  // passes may have written the inputs
 }
 
 void PassRecorder::Barrier() {
@@ -131,7 +131,7 @@ void PassRecorder::RunBytes(Shader shader, Groups groups, std::span<const gpu::I
   for (uint32_t i = 0; i < info.buffers; ++i) {
     content.buffers.push_back(buffers_[i]->buffer);
   }
-  // The images of other shaders are the denoiser's own, and come again.
+  // Other shaders use only the denoiser's own images, which recur.
   const bool for_frame = shader == Shader::kStoreSignal;
   const Result<VkDescriptorSet> own =
       for_frame ? sets_->FindForFrame(OwnSet(info), content) : sets_->Find(OwnSet(info), content);

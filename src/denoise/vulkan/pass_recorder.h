@@ -16,16 +16,16 @@
 
 namespace stillray::vulkan {
 
-/// An image of the caller, as shaders use it.
+/// A caller's image, as shaders use it.
 struct ImageRef {
   VkImageView view = VK_NULL_HANDLE;
   VkImageLayout layout = VK_IMAGE_LAYOUT_GENERAL;
 };
 
-/// All inputs and outputs of a frame; images that are not given have no view.
+/// All inputs and outputs of a frame; absent images have no view.
 struct FrameInputs {
   ImageRef lights[6];          ///< by SignalKind
-  ImageRef second_moments[6];  ///< likewise
+  ImageRef second_moments[6];  ///< by SignalKind
   ImageRef depth;
   ImageRef normal;
   ImageRef id;
@@ -37,17 +37,17 @@ struct FrameInputs {
   ImageRef roughness;
   ImageRef confidence;
   ImageRef previous_normal;
-  ImageRef colour;              ///< output: R32G32B32A32_SFLOAT, or R16G16B16A16_SFLOAT ...
-  bool colour_is_half = false;  ///< ... as this says
+  ImageRef colour;              ///< output: R32G32B32A32_SFLOAT
+  bool colour_is_half = false;  ///< `colour` is R16G16B16A16_SFLOAT instead
   ImageRef display;             ///< output: R8G8B8A8_UNORM
-  /// Outputs in the format of `colour`: the filtered light of signals, divided by their albedos.
+  /// Outputs in the format of `colour`: the filtered, demodulated signals.
   ImageRef filtered[kMostGroups];
 };
 
 /// Passes over a frame. After the first error, which is kept, no more are added.
 class PassRecorder {
  public:
-  /// \param times  of the frame; nullptr: not measured
+  /// \param times  receives the times of the frame; nullptr: not measured
   PassRecorder(Pipelines* pipelines, gpu::DescriptorSets* sets, gpu::Timestamps* times,
                gpu::CommandList* commands)
       : pipelines_(pipelines), sets_(sets), times_(times), commands_(commands) {}
@@ -55,17 +55,18 @@ class PassRecorder {
   /// Chooses set 0 for the following passes.
   void UseFrame(const FrameInputs& inputs, const FrameImages& images);
 
-  /// Storage buffers for the following shaders; each takes as many as ShaderInfo::buffers.
+  /// Sets the storage buffers of the following passes; each binds the first ShaderInfo::buffers of
+  /// them.
   void UseBuffers(std::initializer_list<const gpu::Buffer*> buffers) {
     buffers_.assign(buffers.begin(), buffers.end());
   }
 
-  /// For commands beside the passes: a barrier before them, and one before the next pass.
+  /// For commands other than passes: a barrier before them, and one before the next pass.
   void Barrier();
 
-  /// One pass, after a barrier if it reads what a pass since the last barrier writes, or writes
-  /// what such a pass reads or writes.
-  /// \param images  those that the shader reads, then those that it writes
+  /// Adds one pass, after a barrier if it depends on a pass since the last barrier (read after
+  /// write, write after read, or write after write).
+  /// \param images  first the images that the shader reads, then those that it writes
   template <typename Push>
   void Run(Shader shader, Groups groups, std::initializer_list<const gpu::Image*> images,
            const Push& push, std::span<const uint32_t> constants = {}) {
@@ -75,21 +76,22 @@ class PassRecorder {
     RunBytes(shader, groups, {images.begin(), images.size()}, nullptr, {});
   }
 
-  /// The next pass counts as this part in the times, not as the stage of its shader.
+  /// Assigns the time of the next pass to this part, not to the stage of its shader.
   /// \param part  of static storage
   void CountAs(std::string_view part) { next_part_ = part; }
 
   /// Ends the part of the last pass.
   void EndParts();
 
-  /// Of the denoiser's own images that the passes read and write, each image of a pass once.
+  /// Bytes of the denoiser's own images that the passes read and write; each image counts once per
+  /// pass.
   uint64_t bytes() const { return bytes_; }
   gpu::CommandList* commands() const { return commands_; }
   const Status& status() const { return status_; }
 
  private:
   void EmitBarrier();
-  /// Whether the pass must wait for one since the last barrier.
+  /// Whether the pass must wait for another one since the last barrier.
   bool Waits(const ShaderInfo& info, std::span<const gpu::Image* const> images) const;
   void NoteUses(const ShaderInfo& info, std::span<const gpu::Image* const> images);
   void RunBytes(Shader shader, Groups groups, std::span<const gpu::Image* const> images,
@@ -101,7 +103,7 @@ class PassRecorder {
   gpu::CommandList* commands_;
   VkDescriptorSet frame_set_ = VK_NULL_HANDLE;
   std::vector<const gpu::Buffer*> buffers_;
-  bool always_waits_ = true;  // the next pass: of commands beside the passes
+  bool always_waits_ = true;  // the next pass waits for commands other than passes
   // Since the last barrier: images and buffers.
   std::vector<const void*> read_;
   std::vector<const void*> written_;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Before select_guides: depth and motion of the images that hit distances place. See
+// Before select_guides: depth and motion of virtual images, from hit distances. See
 // stillray/reflections.h. Reads 8, writes 12 bytes per pixel.
 #include "denoise/vulkan/layer_images.glsl"
 #include "core/hit_distance_shared.h"

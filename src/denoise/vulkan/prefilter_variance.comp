@@ -32,7 +32,7 @@ void main() {
         prefilter_variance.prefilter_variance != 0
             ? LimitedVariance(SmoothedVariance(s), own_variance, prefilter_variance.prefilter_limit)
             : own_variance;
-    // Without exposure, since PSVGF's use of the variance depends on it.
+    // The exposure is removed, since PSVGF's use of the variance depends on it.
     float spread =
         prefilter_variance.luminance_scale_deviation != 0 ? sqrt(smoothed) : smoothed / exposure[s];
     float sigma_l = prefilter_variance.sigma_l;

@@ -8,7 +8,7 @@
 #include "denoise/vulkan/reduce.glsl"
 #include "denoise/stages/prepare_guides_shared.h"
 
-layout(set = 1, binding = 0) uniform texture2DArray history;  // light of the last frame
+layout(set = 1, binding = 0) uniform texture2DArray history;  // radiance of the last frame
 layout(set = 1, binding = 1, SURFACE_FORMAT) writeonly uniform uimage2D surface_out;
 layout(set = 1, binding = 2, DETAIL_FORMAT) writeonly uniform uimage2D detail_out;
 layout(set = 1, binding = 3, SCALAR_FORMAT) writeonly uniform image2DArray turn2_out;
@@ -55,8 +55,8 @@ float Slope(Guide before, Guide centre, Guide after) {
                           SameSlope(centre, after));
 }
 
-// The sum of the history's luminances over the workgroup, from which update_exposure chooses the
-// scale that reproject compresses with. Here, since the history is complete before this frame.
+// Sums the history's luminances over the workgroup; update_exposure chooses the compression scale
+// for reproject from the sums. Done in this pass, since the history is complete before the frame.
 void MeasureHistory(ivec2 p) {
   vec4 luminance = SumOfGroup(LuminancesAt(history, p));
   if (gl_LocalInvocationIndex == 0u) {
@@ -67,7 +67,7 @@ void MeasureHistory(ivec2 p) {
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   if (with_compressed != 0 && has_history != 0) {
-    MeasureHistory(p);  // before invocations go different ways
+    MeasureHistory(p);  // before the control flow of invocations diverges
   }
   if (!Inside(p)) {
     return;

@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A vector with one component, without an index that is known at run time only: such vectors lie in
+// A vector with one component set, without dynamic indexing, which would place the vector in
 // memory.
 vec4 AtComponent(int i, float value) {
   return vec4(equal(ivec4(i), ivec4(0, 1, 2, 3))) * value;
 }
 
-// The luminances of all signals at a pixel of stored light; 0 outside.
+// The stored luminances of all signals at a pixel; 0 outside the image.
 vec4 LuminancesAt(texture2DArray light, ivec2 p) {
   vec4 luminance = vec4(0.0f);
   for (int s = 0; Inside(p) && s < SignalCount(); ++s) {
@@ -19,7 +19,7 @@ vec4 LuminancesAt(texture2DArray light, ivec2 p) {
 // Sums over a workgroup, always in the same order.
 shared vec4 reduce_scratch[LOCAL_SIZE_X * LOCAL_SIZE_Y];
 
-// Every invocation of the workgroup must call it; all get the sum.
+// The sum over the workgroup, for all its invocations, which all must call this.
 vec4 SumOfGroup(vec4 value) {
   uint i = gl_LocalInvocationIndex;
   reduce_scratch[i] = value;
@@ -35,8 +35,9 @@ vec4 SumOfGroup(vec4 value) {
   return sum;
 }
 
-// The sum of the partials of all workgroups of an earlier pass. which: 0 the first of each, 1 the
-// second. Some loads are in flight together, since one workgroup has to wait for all.
+// The sum of the partials of all workgroups of an earlier pass. which: 0 the first of each
+// workgroup, 1 the second. Several loads are in flight together, since a single workgroup waits for
+// all of them.
 vec4 SumOfPartials(uint groups, uint which) {
   const uint kThreads = LOCAL_SIZE_X * LOCAL_SIZE_Y;
   const uint kLoads = 8u;
@@ -58,8 +59,8 @@ uint GroupIndex() {
   return gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
 }
 
-// Stores the sum of the workgroup's luminances of new light, if update_compression reads it: where
-// there is no history yet. Every invocation of the workgroup must call it.
+// Stores the sum of the workgroup's luminances of new samples, for update_compression, if there is
+// no history yet. Every invocation of the workgroup must call this.
 void MeasureNewLight(vec4 luminance) {
   if (with_compressed != 0 && has_history == 0) {
     luminance = SumOfGroup(luminance);

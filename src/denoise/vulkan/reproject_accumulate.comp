@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// reproject and accumulate at once, without limit_history: the fetched history passes through no
-// image. Same bits as apart.
+// reproject and accumulate in one pass, without limit_history: the fetched history is not stored in
+// images. Bit-identical to separate passes.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fetch_history.glsl"
 

@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the pixels of a frame of another size lie.
+// Positions of pixels in the last frame, which has another size.
 layout(push_constant) uniform Push {
   ivec2 size_before;
 };
 
-// In pixels of the last frame, from the centre of its first one. \param p  pixel of this frame
+// The position of a pixel in the last frame, in pixels from the centre of its first pixel.
+// \param p pixel of this frame
 vec2 PlaceBefore(ivec2 p) {
   return (vec2(p) + 0.5f) * vec2(size_before) / vec2(Size()) - 0.5f;
 }
@@ -17,7 +18,7 @@ ivec2 NearestBefore(ivec2 p) {
   return ClampBefore(ivec2(floor(PlaceBefore(p) + 0.5f)));
 }
 
-// The four pixels around a place, with their bilinear weights.
+// The four pixels around a position, with their bilinear weights.
 struct PixelsBefore {
   ivec2 at[4];
   float weight[4];

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The guides and the antialiased picture of the last frame, at the size of this one: guides of the
-// nearest pixel, pictures bilinear.
+// Resamples the guides and the antialiased images of the last frame to the size of this frame:
+// guides by nearest neighbour, images bilinearly.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/resample.glsl"
 

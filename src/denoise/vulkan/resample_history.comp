@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The history of the last frame, at the size of this one: bilinear over pixels of the surface in
-// the nearest one, whose guides resample_guides takes.
+// Resamples the history of the last frame to the size of this frame: bilinear, over the pixels that
+// show the surface of the nearest pixel, whose guides resample_guides uses.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/resample.glsl"
 
@@ -45,7 +45,7 @@ void main() {
     vec4 m = vec4(0.0f);
     float k = 0.0f;
     float all = 0.0f;
-    float lit = 0.0f;  // as in reproject: what has no length has no light either
+    float lit = 0.0f;  // as in reproject: pixels of length 0 have no radiance
     float history_length = 0.0f;
     for (int i = 0; i < 4; ++i) {
       ivec3 at = ivec3(pixels.at[i], s);

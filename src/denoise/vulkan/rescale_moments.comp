@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Second moments of a layer's light, which select_guides divides by another albedo.
+// Converts the second moments of a layer to the albedo that select_guides writes.
 #include "denoise/vulkan/layer_images.glsl"
 #include "denoise/rescaled_moment_shared.h"
 

@@ -27,7 +27,7 @@ void NameImages(const FrameImages& i, const std::string& prefix, const DryDevice
       names->images[dry.ImageOf(image->view)] = prefix + text;
     }
   };
-  // First those that stand for others.
+  // Placeholders first.
   name(i.nothing, "nothing");
   name(i.nothing_scalar, "nothing_scalar");
   name(i.nothing_fraction, "nothing_fraction");
@@ -102,7 +102,7 @@ void NameFilling(const FillGuidesPass& filling, const std::string& prefix, const
   NameHeld(filling.progress().now, prefix + "held_0.", dry, names);
   NameHeld(filling.progress().before, prefix + "held_1.", dry, names);
   names->images[dry.ImageOf(filling.motion().view)] = prefix + "filled_motion";
-  // Those that have no name yet, in the order of their creation.
+  // Buffers without a name so far, in the order of their creation.
   for (const char* name : {"pyramid", "rejected_guides"}) {
     const auto unnamed = std::ranges::find(names->buffers, "");
     STILLRAY_CHECK(unnamed != names->buffers.end());
@@ -129,7 +129,7 @@ void NameLayer(const LayerImages& i, const std::string& prefix, const DryDevice&
   name(i.emission, "rest_emission");
 }
 
-/// Creates what VulkanDenoiser::Create does, and names it.
+/// Creates the resources of VulkanDenoiser::Create, and names them.
 class Namer {
  public:
   Namer(const gpu::DeviceContext* context, const DryDevice& dry, const VulkanOptions& options)

@@ -17,7 +17,7 @@ struct ResourceNames {
   std::vector<std::string> buffers;
 };
 
-/// From pipelines like those of the denoiser, which creates them in the same order.
+/// Derived from pipelines with the denoiser's options, which create their resources in equal order.
 Result<ResourceNames> NameResources(const VulkanOptions& options, uint32_t shared_memory);
 
 }  // namespace stillray::vulkan

@@ -30,7 +30,7 @@ enum Flag : uint32_t {
   kJittered = 256,
   kHasFollowed = 512,
   kByChannel = 1024,
-  kOtherNormals = 2048,  ///< not those of normals=auto
+  kOtherNormals = 2048,  ///< normals are not stored as with normals=auto
   kHasAlbedo = 4096,
 };
 
@@ -193,7 +193,7 @@ class Staging {
   Status Invalidate() const { return arena_.Invalidate(); }
 
  private:
-  /// Copies may begin at multiples of a texel.
+  /// Rounds up to the alignment of copies, the largest texel.
   static size_t Aligned(size_t bytes) { return (bytes + 15) / 16 * 16; }
 
   gpu::Device* device_;

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The history of a denoiser on Vulkan as bytes: a header, the state buffer, then the texels of all
-/// images that the next frame reads, as stored. The next frame thus has the same bits as without
-/// saving.
+/// images that the next frame reads, in their storage format. The next frame is therefore
+/// bit-identical to that without saving.
 #pragma once
 
 #include <cstdint>
@@ -24,7 +24,7 @@ struct SavedHistory {
   std::span<const uint8_t> state_and_texels;  ///< a view of the bytes
 };
 
-/// \param pipeline  nullptr: there is no history yet
+/// \param pipeline  nullptr: no history yet
 /// \return errors of the device
 Result<std::vector<uint8_t>> SaveHistory(gpu::Device* device, FramePipeline* pipeline);
 
@@ -32,8 +32,8 @@ Result<std::vector<uint8_t>> SaveHistory(gpu::Device* device, FramePipeline* pip
 Result<SavedHistory> ReadSavedHistory(std::span<const uint8_t> bytes, const Settings& settings,
                                       Storage storage);
 
-/// \param pipeline  of the saved size and the settings that the history was checked with; has no
-///     history if this fails
+/// \param pipeline  must have the saved size and the settings passed to ReadSavedHistory; has no
+///     history if this function fails
 /// \return errors of the device
 Status RestoreHistory(gpu::Device* device, const SavedHistory& saved, FramePipeline* pipeline);
 

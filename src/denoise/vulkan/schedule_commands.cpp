@@ -63,7 +63,7 @@ std::vector<std::string> AccessNames(VkAccessFlags access) {
   return names;
 }
 
-/// The shaders of the program by their code.
+/// Finds shaders by their code.
 class ShadersByCode {
  public:
   explicit ShadersByCode(const ShaderTable& table) : table_(table) {}
@@ -80,7 +80,7 @@ class ShadersByCode {
   const ShaderTable& table_;
 };
 
-/// Commands of a dry device with names in place of numbers.
+/// Translates the commands of a dry device, with names in place of numbers.
 class Translator {
  public:
   Translator(const DryDevice& dry, const FrameSchedule& schedule, const ShaderTable& table)
@@ -158,7 +158,7 @@ class Translator {
   std::vector<std::string> shaders_;  ///< of the pipelines
 };
 
-/// What a frame reads before it writes it, and what it writes.
+/// Finds the resources that a frame reads before writing, and those that it writes.
 class HistoryFinder {
  public:
   explicit HistoryFinder(const ShaderTable& table) : table_(table) {}
@@ -177,7 +177,7 @@ class HistoryFinder {
   }
 
  private:
-  /// The shader's use of a binding; nullptr if it does not use it.
+  /// The shader's use of a binding; nullptr: unused.
   const PackBinding* UseOf(const ScheduleCommand& c, const ScheduleBinding& b) const {
     const auto shader = std::ranges::find(table_.shaders, c.shader, &PackedShader::name);
     STILLRAY_CHECK(shader != table_.shaders.end());

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Commands of a device that executes nothing, in the words of a schedule.
+/// Translates the commands of a dry device, which executes nothing, to those of a schedule.
 #pragma once
 
 #include <string>
@@ -12,17 +12,18 @@
 
 namespace stillray::vulkan {
 
-/// Without VK_FORMAT_; empty for VK_FORMAT_UNDEFINED.
+/// The name of a format without VK_FORMAT_; empty for VK_FORMAT_UNDEFINED.
 std::string FormatName(VkFormat format);
 
-/// The same commands with names in place of numbers.
-/// \param schedule  has the device's images and buffers, in their order there
+/// Replaces the numbers of resources and shaders by names.
+/// \param schedule  must contain the device's images and buffers, in the device's order
 std::vector<ScheduleCommand> TranslateCommands(const std::vector<gpu::DryCommand>& commands,
                                                const gpu::DryDevice& dry,
                                                const FrameSchedule& schedule,
                                                const ShaderTable& table);
 
-/// Finds the resources that frames may read before they write them, and that some frame writes.
+/// Sets `is_history` of the resources that a frame may read before writing, and that some frame
+/// writes.
 void MarkHistory(const ShaderTable& table, FrameSchedule* schedule);
 
 }  // namespace stillray::vulkan

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// select_guides: see stages/select_guides.h. Of a frame on the device.
+// select_guides: see stages/select_guides.h. For a frame on the device.
 #include "denoise/vulkan/layer_images.glsl"
 #include "denoise/picture_motion_shared.h"
 #include "denoise/stages/select_guides_shared.h"
@@ -15,8 +15,8 @@ layout(set = 0, binding = 3) uniform utexture2D surface_id;
 layout(set = 0, binding = 4) uniform texture2D surface_roughness;
 layout(set = 0, binding = 5) uniform texture2D surface_previous_normal;
 layout(set = 0, binding = 6) uniform texture2D diffuse_albedo;
-layout(set = 0, binding = 7) uniform texture2D layer_albedo;  // divides the layer's light
-layout(set = 0, binding = 8) uniform texture2D other_albedo;  // that of the other kind of image
+layout(set = 0, binding = 7) uniform texture2D layer_albedo;  // divisor of the layer
+layout(set = 0, binding = 8) uniform texture2D other_albedo;  // divisor of the other layer
 layout(set = 0, binding = 9) uniform texture2D image_depth;
 layout(set = 0, binding = 10) uniform texture2D image_normal;
 layout(set = 0, binding = 11) uniform texture2D image_motion;
@@ -36,7 +36,7 @@ layout(push_constant) uniform Push {
   float image_side;
   float virtual_motion_roughness;
   int has_other_albedo;     // 0: it is black
-  int has_previous_normal;  // 0: the last image must not be written
+  int has_previous_normal;  // 0: previous_normal_out must not be written
   int has_id;               // 0: ids are 0
   int has_image_albedo;     // 0: it is white
   int width;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Names in the interfaces of the compute shaders, which their optimised code does not have.
+/// Names in the interfaces of the compute shaders, which are missing in their optimised code.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +14,13 @@
 
 namespace stillray::vulkan {
 
-/// Read once from what the build collects (cmake/ShaderNames.cmake). Shaders are named without
-/// their precision: "Atrous". What has no name is "".
+/// Read once from the text that the build generates (cmake/ShaderNames.cmake). Shader names exclude
+/// the precision: "Atrous". Functions return "" if there is no name.
 class ShaderNames {
  public:
   static const ShaderNames& Get();
 
-  /// The name of the shader's file, without its ending.
+  /// The name of the shader's file, without its extension.
   std::string FileOf(const std::string& shader) const;
   std::string ImageAt(const std::string& shader, uint32_t set, uint32_t binding) const;
   /// The structure of a block.
@@ -30,15 +30,15 @@ class ShaderNames {
 
   struct Member {
     std::string name;   ///< "atrous.edges.sigma_n"
-    std::string block;  ///< the structure that it is a member of
+    std::string block;  ///< the structure that contains it
   };
   /// \param structure  of BlockAt or PushBlock
   /// \param path       as in gpu::BlockMember
   Member MemberAt(const std::string& shader, const std::string& structure,
                   std::span<const uint32_t> path) const;
 
-  /// The comment beside a declaration.
-  /// \param where  a structure, or the name of a shader's file without its ending
+  /// The trailing comment of a declaration.
+  /// \param where  a structure, or the name of a shader's file without extension
   std::string Note(const std::string& where, const std::string& name) const;
 
  private:
@@ -58,7 +58,7 @@ class ShaderNames {
 
   explicit ShaderNames(std::string_view text);
   void Take(const std::string& line, OfShader** shader);
-  /// A name of a shader, or of the first one, which has those that shaders have in common.
+  /// Finds a name of a shader; names common to all shaders are stored with the first shader.
   template <typename Key, typename Value>
   const Value* Find(const std::string& shader, std::map<Key, Value> OfShader::*list,
                     const Key& key) const;

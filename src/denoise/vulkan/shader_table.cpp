@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The table of the shaders: from their code, the names in their sources and the layouts of their
+// The table of the shaders, from their code, the names in their sources and the layouts of their
 // descriptor sets.
 #include <algorithm>
 #include <string>
@@ -67,13 +67,13 @@ class Table {
   ShaderTable Take() { return std::move(table_); }
 
  private:
-  /// Beside a declaration of the shader's file, or of what all shaders include.
+  /// The note of a declaration in the shader's file, or in common.glsl.
   std::string NoteOf(const std::string& name) const {
     const std::string note = names_.Note(names_.FileOf(base_), name);
     return note.empty() ? names_.Note("common", name) : note;
   }
 
-  /// \param where  of notes on members of the block itself; empty: its name
+  /// \param where  where notes on members of the block itself are stored; empty: its name
   std::vector<PackMember> MembersOf(const std::string& structure,
                                     const std::vector<gpu::BlockMember>& members,
                                     const std::string& where) const {
@@ -129,7 +129,7 @@ Status AddVariant(Shader shader, Storage storage, bool octahedral, Table* table)
   const std::span<const uint32_t> code = CodeOf(shader, storage, octahedral);
   const bool of_both = CodeOf(shader, storage, !octahedral).data() == code.data();
   if (of_both && !usual) {
-    return Status::Ok();  // it is there already
+    return Status::Ok();  // already added
   }
   const ShaderInfo& info = InfoOf(shader);
   PackedShader packed;

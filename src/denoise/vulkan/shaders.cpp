@@ -8,8 +8,8 @@
 #include <iterator>
 #include <memory>
 
-/// name, stage, images read and written, buffers, bytes of push constants, use of the frame's state
-/// and of the partial sums
+/// name, stage, images read and written, buffers, bytes of push constants, use of FrameState and of
+/// the partial sums
 #define STILLRAY_DENOISE_SHADERS(X)                                       \
   X(MeasureLight, "demodulate", 0, 0, 0, 0, kNone, kWritten)              \
   X(UpdateExposure, "demodulate", 0, 0, 1, 8, kBoth, kBoth)               \
@@ -60,7 +60,7 @@
   X(ShortenHistory, "shorten_history", 3, 2, 0, 4, kRead, kNone)          \
   X(MergeFuture, "merge_future", 4, 2, 0, 0, kRead, kNone)
 
-/// Those that write surfaces: their code depends on the format of normals.
+/// Shaders that write surfaces; their code depends on the format of normals.
 #define STILLRAY_SURFACE_WRITERS(X) \
   X(PrepareGuides)                  \
   X(ResampleGuides)                 \
@@ -105,7 +105,8 @@ const char* NameOf(Shader shader) {
 
 namespace {
 
-/// The code of a shader for normals that are unusual with the storage; empty: its usual code.
+/// The code of a shader for the format of normals that is not the default of the storage; empty:
+/// use the default code.
 std::span<const uint32_t> CodeForOtherNormals(Shader shader, Storage storage) {
   using Code = std::span<const uint32_t>;
   switch (shader) {
@@ -153,7 +154,7 @@ Result<const gpu::Pipeline*> Pipelines::Find(Shader shader, std::span<const uint
     return own.status();
   }
   const VkDescriptorSetLayout layouts[] = {*frame, *own};
-  // Software drivers compile loops of a known length in more time than they save.
+  // On software drivers, compiling loops of known length costs more time than these loops save.
   const bool known =
       !context_->is_software || shader == Shader::kAtrous || shader == Shader::kAtrousTile;
   std::vector<uint32_t> all = {octahedral_ ? 1u : 0u, known ? static_cast<uint32_t>(signals_) : 0u};

@@ -13,10 +13,10 @@
 
 namespace stillray::vulkan {
 
-/// Storage format of light between stages.
+/// Storage format of radiance between stages.
 enum class Storage : uint8_t {
-  kHalf,   ///< 16 bits, with an exposure that follows the light
-  kFloat,  ///< 32 bits: as precise as the CPU, twice the memory
+  kHalf,   ///< 16 bits, with an exposure that adapts to the mean radiance
+  kFloat,  ///< 32 bits: the precision of the CPU, twice the memory
 };
 
 /// Whether normals=auto keeps octahedral normals.
@@ -44,7 +44,7 @@ enum class Shader : uint8_t {
   kSmoothVariance,
   kPrefilterVariance,
   kAtrous,
-  kAtrousTile,  ///< the same result, by tiles in shared memory
+  kAtrousTile,  ///< kAtrous by tiles in shared memory, with equal results
   kClipOutliers,
   kMeasureEnergy,
   kRestoreEnergy,
@@ -72,7 +72,7 @@ enum class Shader : uint8_t {
   kGatherKnownColours,
   kFillHoles,
   kFillHoleColours,
-  // Of sequences with light of the future; created on first use:
+  // Of sequences with later frames (merge_future); created on first use:
   kShortenHistory,
   kMergeFuture,
 };
@@ -86,10 +86,10 @@ inline bool Writes(Use use) {
   return use == Use::kWritten || use == Use::kBoth;
 }
 
-/// The resources of a shader's second descriptor set, in the order of its bindings, and what it
-/// shares with other shaders in the first.
+/// The resources of a shader's second descriptor set, in the order of its bindings, and its use of
+/// the shared buffers of the first set.
 struct ShaderInfo {
-  const char* stage;    ///< stage name in timings: that of the CPU's stage
+  const char* stage;    ///< stage name in timings, as on the CPU
   uint32_t reads;       ///< sampled images
   uint32_t writes;      ///< storage images
   uint32_t buffers;     ///< storage buffers, read and written
@@ -103,11 +103,11 @@ inline gpu::SetShape OwnSet(const ShaderInfo& info) {
 }
 
 const ShaderInfo& InfoOf(Shader shader);
-/// All values of Shader are below it.
+/// Number of values of Shader.
 size_t ShaderCount();
-/// "Atrous".
+/// The name of a shader: "Atrous".
 const char* NameOf(Shader shader);
-/// \param octahedral  normals of surfaces
+/// \param octahedral  whether surface normals are stored by PackNormal
 std::span<const uint32_t> CodeOf(Shader shader, Storage storage, bool octahedral);
 
 /// Set 0, common to all shaders: inputs of the frame, outputs, parameters, state, partial sums.
@@ -124,8 +124,8 @@ class Pipelines {
         signals_(signals),
         sets_(sets) {}
 
-  /// \param constants  specialisation constants of the shader itself, from 2 on; 0 and 1 are those
-  ///     of common.glsl
+  /// \param constants  specialisation constants of the shader, from 2 on; 0 and 1 belong to
+  ///     common.glsl
   Result<const gpu::Pipeline*> Find(Shader shader, std::span<const uint32_t> constants = {});
 
  private:

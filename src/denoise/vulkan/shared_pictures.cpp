@@ -35,7 +35,7 @@ Result<std::shared_ptr<DevicePicture>> SharedPictures::Take(int width, int heigh
   });
   for (const std::shared_ptr<DevicePicture>& picture : pictures_) {
     if (picture.use_count() == 1) {
-      // Orders the last holder's accesses, on its thread, before those made here.
+      // Orders the accesses of the last holder, on its thread, before those of this thread.
       std::atomic_thread_fence(std::memory_order_acquire);
       return picture;
     }

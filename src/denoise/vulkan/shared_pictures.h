@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Finished pictures in memory that other APIs import.
+/// Finished images in memory that other APIs can import.
 #pragma once
 
 #include <memory>
@@ -34,15 +34,15 @@ class DevicePicture : public SharedPicture {
   std::shared_ptr<gpu::Device> device_;
   int width_;
   int height_;
-  std::unique_ptr<gpu::SharedBuffer> buffer_;  // first to go: it is the device's
+  std::unique_ptr<gpu::SharedBuffer> buffer_;  // destroyed first, since it belongs to the device
 };
 
-/// A pool of pictures of one size, as many as are held at a time.
+/// A pool of images of one size, which grows to the number held at a time.
 class SharedPictures {
  public:
   explicit SharedPictures(std::shared_ptr<gpu::Device> device) : device_(std::move(device)) {}
 
-  /// A picture that is not held elsewhere, for writing.
+  /// An image that is not held elsewhere, for writing.
   /// \return kUnsupported: the device shares no memory; kOutOfMemory, also if very many are held
   Result<std::shared_ptr<DevicePicture>> Take(int width, int height);
   gpu::MemoryUse memory() const;

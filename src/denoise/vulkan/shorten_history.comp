@@ -3,9 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Played backward: the history of this frame's pixels, corrected and with the lengths of
-// limit_history and of the confidence, is the light of their future. In the unit of the input,
-// independent of the stored exposure.
+// For frames processed backward: writes the fetched history of this frame's pixels, corrected and
+// shortened by limit_history and by the confidence, which is the history of the later frames. In
+// the unit of the input, independent of the exposure.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// SmoothVariance: see stages/prefilter_variance.h. The light is copied.
+// SmoothVariance: see stages/prefilter_variance.h. The colour is copied.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/smoothed_variance.glsl"
 

@@ -5,9 +5,9 @@
 const int kBlurWidth = LOCAL_SIZE_X + 2;
 const int kBlurHeight = LOCAL_SIZE_Y + 2;
 const int kBlurTexels = kBlurWidth * kBlurHeight;
-shared float deviations[4 * kBlurTexels];  // of each signal; negative: no light, or outside
+shared float deviations[4 * kBlurTexels];  // per signal; negative: no samples, or outside
 
-// Every invocation of the workgroup must call it, before SmoothedVariance.
+// Every invocation of the workgroup must call this before SmoothedVariance.
 void LoadDeviations(texture2DArray light) {
   ivec2 first = ivec2(gl_WorkGroupID.xy) * ivec2(LOCAL_SIZE_X, LOCAL_SIZE_Y) - 1;
   for (int i = int(gl_LocalInvocationIndex); i < kBlurTexels; i += LOCAL_SIZE_X * LOCAL_SIZE_Y) {
@@ -19,7 +19,8 @@ void LoadDeviations(texture2DArray light) {
   barrier();
 }
 
-// The mean of the variance over the 3x3 pixels around the invocation's, of those that have light.
+// The mean of the variance over those of the 3x3 pixels around the invocation's pixel that have
+// samples.
 float SmoothedVariance(int s) {
   ivec2 at = ivec2(gl_LocalInvocationID.xy);
   int first = s * kBlurTexels + at.y * kBlurWidth + at.x;

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Copies the filtered light of one signal to an image of the caller.
+// Copies one filtered signal to an image of the caller.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/vulkan/filtered_light.glsl"

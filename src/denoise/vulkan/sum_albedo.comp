@@ -3,8 +3,9 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// sum_albedo: see stages/sum_albedo.h. Writes the range of each block alone; antialias spreads it
-// and finds the pixels beside images: fourth channels are logarithms of the images' depths.
+// sum_albedo: see stages/sum_albedo.h. Writes the range of each single block; antialias extends it
+// to 3x3 blocks and tests IsBesideImage, for which the fourth channels have logarithms of the
+// virtual images' depths.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/new_light.glsl"
 #include "denoise/stages/sum_albedo_shared.h"
@@ -12,7 +13,7 @@
 layout(set = 1, binding = 0, LIGHT_FORMAT) writeonly uniform image2D sum_out;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2DArray range_out;  // low, high
 
-// A workgroup has whole blocks.
+// A workgroup covers whole blocks.
 shared vec4 tile[LOCAL_SIZE_Y][LOCAL_SIZE_X];
 
 vec3 Usable(vec3 albedo) {
@@ -21,7 +22,7 @@ vec3 Usable(vec3 albedo) {
              vec3(0.0f));
 }
 
-// Of the image that a pixel shows.
+// Logarithm of the depth of a pixel's virtual image.
 float PlaceOfImage(ivec2 p) {
   float depth = antialias.image_albedo != 0 ? texelFetch(specular_albedo_image, p, 0).w : 0.0f;
   return depth > 0.0f ? clamp(log2(depth), -kFarthestImage, kFarthestImage) : kNoImage;
@@ -29,7 +30,7 @@ float PlaceOfImage(ivec2 p) {
 
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
-  // Pixels beyond the picture repeat its edge, which is in the same block.
+  // Pixels outside the image repeat its edge, which is in their block.
   ivec2 q = ClampToPicture(p);
   vec3 sum = vec3(0.0f);
   for (int i = 0; i < 3; ++i) {

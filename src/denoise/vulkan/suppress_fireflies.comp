@@ -3,7 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// suppress_fireflies, clamp: see stages/suppress_fireflies.h. Computes the sums of the light again.
+// suppress_fireflies, clamp: see stages/suppress_fireflies.h. Computes the sums of luminances
+// again.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/stages/suppress_fireflies_shared.h"
 #include "denoise/vulkan/reduce.glsl"
@@ -11,7 +12,7 @@
 layout(set = 1, binding = 0) uniform texture2DArray noisy;
 layout(set = 1, binding = 1, LIGHT_FORMAT) writeonly uniform image2DArray noisy_out;
 
-// Luminance of the brightest neighbour that has light; very large if there is none.
+// Luminance of the brightest neighbour with samples; very large if there is none.
 float BrightestNeighbour(ivec2 p, int s) {
   float brightest = -1.0f;
   for (int dy = -1; dy <= 1; ++dy) {

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// The luminances that limit_history compresses with (one workgroup), of the first frame: see
-// CompressionScale. Those of later frames are chosen by update_exposure.
+// Chooses the compression scales of limit_history in the first frame (one workgroup): see
+// CompressionScale. In later frames update_exposure chooses them.
 #define LOCAL_SIZE_X 256
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"

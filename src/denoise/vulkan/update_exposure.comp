@@ -3,8 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Chooses the powers of two that light is stored with and the limit of negative light (one
-// workgroup).
+// Chooses the exposures and the limit of negative values (one workgroup).
 #define LOCAL_SIZE_X STILLRAY_LIGHT_BINS
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"
@@ -22,14 +21,14 @@ layout(push_constant) uniform Push {
 };
 
 shared uint bins[STILLRAY_LIGHT_BINS];
-shared int limit_bin;  // brighter pixels count as this bin
+shared int limit_bin;  // brighter pixels are counted in this bin
 
 // MeanLight of negative_limit.cpp, with an invocation for each bin. The brightest pixels, which may
-// be fireflies, count as the bin of the pixel after them.
+// be fireflies, are counted in the bin of the next darker pixel.
 float MeanLight() {
   int bin = int(gl_LocalInvocationIndex);
   uint count = bins[bin];
-  // Pixels of each bin and of all brighter ones.
+  // Numbers of pixels in each bin and all brighter bins.
   for (int distance = 1; distance < STILLRAY_LIGHT_BINS; distance *= 2) {
     uint brighter = bin + distance < STILLRAY_LIGHT_BINS ? bins[bin + distance] : 0u;
     barrier();
@@ -51,7 +50,7 @@ float MeanLight() {
   return measured > 0u ? sum / float(measured) : 0.0f;
 }
 
-// Luminances of the history, as they are stored.
+// Sum of the stored luminances of the history.
 vec4 SumOfHistory() {
   vec4 sum = vec4(0.0f);
   if (with_compressed != 0 && has_history != 0) {
@@ -71,11 +70,11 @@ vec4 SumOfHistory() {
   return SumOfGroup(sum);
 }
 
-// stored: mean luminance of the history of signal s, times its exposure
+// stored: mean stored luminance of signal s, i.e. times its exposure
 void UpdateCompression(int s, float stored, float old_exposure) {
   old_compressed_scale[s] = compressed_scale[s];
   if (has_history == 0) {
-    compressed_scale[s] = 0.0f;  // update_compression chooses it from the new light
+    compressed_scale[s] = 0.0f;  // update_compression chooses it from the new samples
   } else if (with_compressed != 0) {
     compressed_scale[s] =
         CompressionScale(compressed_scale[s], max(stored / max(old_exposure, 1e-30f), 1e-20f));

@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// Mean luminance of the accumulated light of every signal (one workgroup).
+// Computes the mean luminance of each accumulated signal (one workgroup).
 #define LOCAL_SIZE_X 256
 #define LOCAL_SIZE_Y 1
 #include "denoise/vulkan/common.glsl"

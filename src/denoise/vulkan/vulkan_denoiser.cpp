@@ -28,7 +28,8 @@ using vulkan::PipelineOptionsOf;
 
 constexpr int kMostInFlight = 64;
 
-/// The filter of reflected or transmitted light, and the passes between it and that of the rest.
+/// The filter of a layer of reflected or transmitted light, and the passes between this filter and
+/// that of the rest.
 struct VirtualLayer {
   GuideSource source;
   std::unique_ptr<vulkan::LayerPasses> passes;
@@ -62,7 +63,8 @@ struct VirtualLayer {
     return layer;
   }
 
-  /// Records the filter of the layer's light. \param facts, inputs  of the frame
+  /// Records the filter of the layer.
+  /// \param facts, inputs  of the frame
   Status Record(gpu::CommandList* commands, const Settings& settings,
                 const vulkan::VirtualInputs& seen, const FrameFacts& facts,
                 const FrameInputs& inputs) {
@@ -78,8 +80,8 @@ struct VirtualLayer {
     return pipeline->Record(commands, plan, of_layer, layer_inputs, nullptr);
   }
 
-  /// Records what makes the rest. \param facts, inputs  [in,out] of the frame, or of the rest of
-  ///     another layer
+  /// Records the passes that make the rest.
+  /// \param facts, inputs  [in,out] of the frame, or of the rest of another layer
   Status RecordRest(gpu::CommandList* commands, FrameFacts* facts, FrameInputs* inputs) {
     STILLRAY_RETURN_IF_ERROR(passes->RecordRest(commands, *facts, *inputs, picture()));
     *inputs = passes->InputsOfRest(*facts, *inputs);
@@ -103,7 +105,7 @@ std::vector<GuideSource> LayersOf(const VulkanOptions& options) {
   return sources;
 }
 
-/// Adds times to those of the same names.
+/// Adds each time to the entry with its name.
 void AddTimes(const std::vector<gpu::DeviceTime>& more, std::vector<StageTime>* times) {
   for (const gpu::DeviceTime& time : more) {
     AddTime({time.name, time.milliseconds}, times);
@@ -125,8 +127,8 @@ gpu::MemorySource SourceOf(const VulkanAllocator& a) {
   return source;
 }
 
-/// Pipelines that denoisers on one device share: not those of stillray's own devices, so that none
-/// outlives the renderer's device.
+/// Pipelines shared by the denoisers on one renderer's device; separate from those of stillray's
+/// own devices, so that none outlives the renderer's device.
 struct PipelinesOfDevice {
   explicit PipelinesOfDevice(const gpu::DeviceContext& device)
       : context(device), pipelines(&context) {}
@@ -193,7 +195,7 @@ struct VulkanDenoiser::Impl {
     context.pipelines = &pipelines->pipelines;
   }
 
-  /// All that a recorded frame changes.
+  /// All state that recording a frame changes.
   struct Checkpoint {
     FramePipeline::Checkpoint pipeline;
     struct OfLayer {
@@ -206,7 +208,7 @@ struct VulkanDenoiser::Impl {
 
   gpu::DeviceContext context;
   std::shared_ptr<PipelinesOfDevice> pipelines;
-  gpu::CommandList commands;  // of the frame in progress
+  gpu::CommandList commands;  // of the current frame
   Settings settings;
   bool incomplete_guides = false;
   bool hit_distances = false;
@@ -250,7 +252,7 @@ Status VulkanDenoiser::Impl::CheckLayers(const VulkanFrame& frame, const FrameFa
                                frame.index));
 }
 
-/// Chooses the layers of the frame. \return whether they differ from those of the last frame
+/// Selects the layers of the frame. \return whether they differ from those of the last frame
 bool VulkanDenoiser::Impl::UseLayers(const FrameFacts& facts) {
   const LayerList used = LayersOf(settings, facts);
   bool differ = false;
@@ -287,7 +289,7 @@ Status VulkanDenoiser::Impl::RecordLayers(const VulkanFrame& frame, FrameFacts* 
 Status VulkanDenoiser::Impl::AddFrame(const VulkanFrame& frame, FrameFacts facts) {
   Resize(facts.width, facts.height);
   if (UseLayers(facts)) {
-    Reset();  // each history has another part of the light
+    Reset();  // the histories contain other parts of the radiance
   }
   FrameInputs inputs = vulkan::InputsOf(frame);
   STILLRAY_RETURN_IF_ERROR(RecordLayers(frame, &facts, &inputs));

@@ -21,8 +21,8 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Joins the history of the pixels x, x + 1, ... of row y with their new light. Not inline: in both
-/// loops below it would take two minutes to compile.
+/// Accumulates the new samples of the pixels x, x + 1, ... of row y into their history. Not inline:
+/// inlining it into both loops below would take two minutes to compile.
 /// \param slots  receives a vector for each slot of the history
 template <bool kLimited, bool kWithConfidence>
 HWY_NOINLINE void JoinToSlots(const Joining& j, int x, int y, float* slots) {
@@ -40,7 +40,7 @@ JoinFunction JoinFunctionOf(const Joining& j) {
   return j.limits.bias != nullptr ? JoinToSlots<true, false> : JoinToSlots<false, false>;
 }
 
-/// Stores what JoinToSlots has computed in the planes of the history.
+/// Stores the output of JoinToSlots in the planes of the history.
 HWY_INLINE void StoreSlots(const Joining& j, const float* slots, const SlotRows& rows, int x,
                            int width) {
   const DF d;
@@ -51,7 +51,7 @@ HWY_INLINE void StoreSlots(const Joining& j, const float* slots, const SlotRows&
   }
 }
 
-/// Computes the vectors that read other pixels, before any of those is overwritten.
+/// Computes the vectors whose taps are other pixels, before any pixel is overwritten.
 void StageRows(const Joining& j, int y0, int y1, StagedHistory* staged) {
   const int width = j.light.samples.width();
   const JoinFunction join = JoinFunctionOf(j);
@@ -75,9 +75,9 @@ HWY_INLINE bool AllAre(bool lit, const SignalHistory& history, int x, int y) {
              : hn::AllFalse(d, hn::And(some, in_row));
 }
 
-/// Whether the history of the pixels x, x + 1, ... is unchanged without new light, where no
-/// confidence shortens it. A pixel without samples has no light either, unless a filtered picture
-/// was fed back, which is then dropped.
+/// Whether the history of the pixels x, x + 1, ... is unchanged without new samples, if no
+/// confidence shortens it. A pixel without samples has no radiance either, unless a filtered image
+/// was fed back, which is then discarded.
 HWY_INLINE bool StaysAsItIs(const Joining& j, TapPattern pattern, bool lit_alone, int x, int y) {
   if (pattern == TapPattern::kIdentity) {
     return lit_alone || AllAre(true, j.before, x, y);

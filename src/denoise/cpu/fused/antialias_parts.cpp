@@ -22,7 +22,7 @@ namespace stillray {
 namespace HWY_NAMESPACE {
 namespace {
 
-/// Remodulates each row of the picture just before it is read; three rows are kept.
+/// Remodulates each row of the image just before it is read; three rows are kept.
 /// \return the count of RemodulateRow for the rows y0..y1
 int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
                            const AntialiasParameters& p, int y0, int y1, Image3* out) {
@@ -40,7 +40,7 @@ int64_t AntialiasPartsRows(const PictureParts& parts, const AntialiasInput& in,
     return bad;
   };
   if (y0 > 0) {
-    compose(y0 - 1);  // counted by the band of that row
+    compose(y0 - 1);  // counted by the band that contains this row
   }
   int64_t bad = compose(y0);
   StillRows still(in.motion, y0);

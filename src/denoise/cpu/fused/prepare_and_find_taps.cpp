@@ -20,7 +20,7 @@
 #define STILLRAY_PREPARE_AND_FIND_TAPS_ONCE
 namespace stillray {
 
-/// Arguments of FindTapsRow besides the guides.
+/// Arguments of FindTapsRow other than the guides of this frame.
 struct WantedTaps {
   const GuidePlanes& before;
   const Image2& motion;

@@ -14,12 +14,12 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Emission and background: light, which needs the range of floats.
+/// First colour that is radiance (emission, background), which needs the range of floats.
 constexpr int kFirstLight = 3;
-/// Layers of the pyramid beside those of colours: see pyramid.glsl.
+/// Layers of the pyramid other than colours: see pyramid.glsl.
 constexpr int kOtherLayers = 3;
 constexpr VkDeviceSize kBytesPerCell = 16;
-/// As many cells as one workgroup goes through at once.
+/// Largest number of cells that a single workgroup processes.
 constexpr int kTopCells = 4096;
 
 struct Level {
@@ -30,7 +30,7 @@ struct Level {
   int cells() const { return width * height; }
 };
 
-/// The levels above a picture, at least one.
+/// The levels above an image, at least one.
 std::vector<Level> LevelsOf(int width, int height) {
   std::vector<Level> levels = {{CellsOf(width), CellsOf(height), 0}};
   while (levels.back().cells() > 1) {
@@ -160,7 +160,7 @@ void FillGuidesPass::PrepareImages(VkCommandBuffer commands) {
   context_->vk.CmdFillBuffer(commands, rejected_->buffer, 0, VK_WHOLE_SIZE, 0);
 }
 
-/// Images are ready; counts begin anew.
+/// Prepares the images, and clears the counts.
 void FillGuidesPass::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& state) {
   recorder->Barrier();
   gpu::CommandList* const commands = recorder->commands();
@@ -170,8 +170,8 @@ void FillGuidesPass::PrepareMemory(PassRecorder* recorder, const gpu::Buffer& st
   commands->Fill(state.buffer, offsetof(FrameState, known_pixels), 2 * sizeof(uint32_t), 0);
 }
 
-/// From the first level up to the top and down again, with a single workgroup where levels are
-/// small.
+/// Fills the pyramid from the first level up to the top and down again, with a single workgroup for
+/// small levels.
 void FillGuidesPass::FillPyramid(PassRecorder* recorder, bool of_motion) const {
   const std::vector<Level> levels = LevelsOf(options_.width, options_.height);
   const auto push = [&](size_t level) { return LevelPush{of_motion ? 1 : 0, levels[level]}; };

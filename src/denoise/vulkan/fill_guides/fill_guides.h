@@ -13,7 +13,8 @@
 
 namespace stillray::vulkan {
 
-/// Colours that are filled beside the geometry, by the bits of FillGuidesPass::ColoursOf.
+/// Number of colour images that are filled in addition to geometry; bits of
+/// FillGuidesPass::ColoursOf.
 inline constexpr int kGuideColours = 5;
 
 class FillGuidesPass {
@@ -23,10 +24,10 @@ class FillGuidesPass {
     int height = 0;
     Storage storage = Storage::kHalf;
     bool has_id = true;
-    uint32_t colours = 0;  ///< that frames may have
+    uint32_t colours = 0;  ///< colours that frames may have
   };
 
-  /// \param pipelines, \param sets  must outlive it; shaders are compiled here
+  /// \param pipelines, \param sets  must outlive this object; shaders are compiled here
   static Result<std::unique_ptr<FillGuidesPass>> Create(const gpu::DeviceContext* context,
                                                         Pipelines* pipelines,
                                                         const Options& options);
@@ -34,20 +35,22 @@ class FillGuidesPass {
 
   /// Bit 0: albedo, 1: specular albedo, 2: transmission albedo, 3: emission, 4: background.
   static uint32_t ColoursOf(const FrameFacts& facts);
-  /// Whether there is room for all that the frame has.
+  /// Whether the images suffice for the frame.
   bool Fits(const FrameFacts& facts) const;
 
-  /// Sets the parameters of the shaders. Drops held guides if the frame has other images.
+  /// Sets the parameters of the shaders. Discards held guides if the frame has a different set of
+  /// images.
   void Begin(const FrameFacts& facts, FrameParameters* parameters);
   /// Records the passes; the frame's inputs must be in use.
-  /// \return the inputs with filled images in place of the frame's own
+  /// \return the inputs, with the filled images replacing those of the frame
   FrameInputs Record(PassRecorder* recorder, const FrameInputs& inputs, const gpu::Buffer& state);
-  /// The next frames have this size, at most that of the options. Drops held guides if it is new.
+  /// Sets the size of the next frames, at most that of the options. Discards held guides if the
+  /// size changes.
   void Resize(int width, int height);
-  /// Drops held guides.
+  /// Discards held guides.
   void Reset() { progress_.kinds.any = false; }
 
-  /// Which of the images of held() the next frame reads.
+  /// The images of held() that the next frame reads.
   struct Kinds {
     bool any = false;
     bool id = false;
@@ -56,7 +59,7 @@ class FillGuidesPass {
   const Kinds& kinds() const { return progress_.kinds; }
   /// Restores held guides whose images the caller has written to held(); they must fit.
   void Restore(const Kinds& kinds) { progress_.kinds = kinds; }
-  /// Brings all images to their layout and marks to their beginning, once.
+  /// Transitions all images to their layout, and initialises marks, once.
   void PrepareImages(VkCommandBuffer commands);
 
   gpu::MemoryUse memory() const { return arena_.Need(); }
@@ -69,7 +72,7 @@ class FillGuidesPass {
     std::array<const gpu::Image*, kGuideColours> colour = {};
   };
   const Held& held() const { return progress_.now; }
-  /// What a frame leaves to the next one.
+  /// State passed from a frame to the next one.
   struct Progress {
     Held now;
     Held before;

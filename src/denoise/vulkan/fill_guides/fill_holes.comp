@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, FillHoles: whether each hole shows a surface, and its geometry.
+// fill_guides, FillHoles: determines whether each hole is a surface, and its geometry.
 #define CELLS_BINDING 4
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid.glsl"

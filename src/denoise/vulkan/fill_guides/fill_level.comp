@@ -3,7 +3,7 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, one level down: the holes of the pushed level. One invocation per cell.
+// fill_guides: fills the holes of the pushed level from the level above. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid_levels.glsl"

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, the top of the pyramid (one workgroup): all levels above the pushed one, up, and
-// down again to the pushed one.
+// fill_guides, the top of the pyramid (one workgroup): downsamples to all levels above the pushed
+// one, then fills down to the pushed one.
 #define LOCAL_SIZE_X 256
 #define LOCAL_SIZE_Y 1
 #define CELLS_BINDING 0
@@ -12,7 +12,7 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/pyramid_levels.glsl"
 
-// Levels of 32768 pixels, from the first on.
+// Number of levels for 32768 pixels.
 const int kMostLevels = 11;
 
 void WaitForAll() {

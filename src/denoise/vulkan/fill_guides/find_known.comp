@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, FindKnown: counts the known pixels, whether any of them moves, and the first level
-// of their motion. One invocation per cell.
+// fill_guides, FindKnown: counts the known pixels, tests whether any of them has motion, and
+// downsamples their motion to the first level. One invocation per cell.
 #define CELLS_BINDING 0
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/held_guides.glsl"

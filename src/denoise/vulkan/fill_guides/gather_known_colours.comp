@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, GatherKnown for albedos, emission and background, from the pixels of which
-// gather_known took the geometry; downsampled to the first level. One invocation per cell.
+// fill_guides, GatherKnown for albedos, emission and background, from the pixels whose geometry
+// gather_known has copied; downsampled to the first level. One invocation per cell.
 #define CELLS_BINDING 13
 #define COLOURS_BINDING 8
 #include "denoise/vulkan/common.glsl"

@@ -5,7 +5,7 @@
 #include "denoise/fill_guides/fill_guides_shared.h"
 
 bool IsKnown(ivec2 p) {
-  // By bits: a depth of NaN is known, so that it is counted as broken.
+  // Tests the bits: a NaN depth counts as known, so that it is reported as invalid.
   bool has_depth = (floatBitsToUint(texelFetch(depth_image, p, 0).x) & 0x7fffffffu) != 0u;
   float given = GivenSamples(p);
   return has_depth || (given > 0.0f && !IsNaN(given));
@@ -19,12 +19,13 @@ bool IsMoving(float motion) {
   return IsNaN(motion) || abs(motion) > kMinMotion;
 }
 
-// Whether held guides are looked up along the motion.
+// Whether held guides are fetched along the motion.
 bool ViewMoves() {
   return has_held != 0 && guides_move != 0u;
 }
 
-// The pixel of the previous frame that shows the surface of p; false if outside the picture.
+// Finds the pixel of the previous frame with the surface of p. Returns false if it is outside the
+// image.
 bool FindHeld(ivec2 p, vec2 motion, out ivec2 q) {
   q = p;
   if (!ViewMoves()) {

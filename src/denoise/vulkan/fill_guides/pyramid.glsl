@@ -1,24 +1,24 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, of 3x3 of
-// such cells, and so on to a single one. CELLS_BINDING is its binding in set 1.
+// The pyramid of fill_guides, see denoise/fill_guides/pyramid.h: cells of 3x3 pixels, cells of 3x3
+// cells, and so on up to a single cell. CELLS_BINDING is its binding in set 1.
 #include "denoise/fill_guides/fill_guides_shared.h"
 
 #ifndef CELLS_QUALIFIER
 #define CELLS_QUALIFIER
 #endif
 layout(set = 1, binding = CELLS_BINDING, std430) CELLS_QUALIFIER buffer Cells {
-  uvec4 cells[];  // layer by layer, in each level by level, row by row; mostly floats
+  uvec4 cells[];  // ordered by layer, level, row; mostly floats
 };
 
 // Contents of the layers. One per colour of the frame follows.
 const int kMotionLayer = 0;   // x, y, -, kinds
-const int kSurfaceLayer = 1;  // part that is surface, inverse depth, id, kinds
+const int kSurfaceLayer = 1;  // fraction that is surface, inverse depth, id, kinds
 const int kNormalLayer = 2;   // x, y, z
 const int kFirstColourLayer = 3;
 
-// Kinds of known pixels that a cell may cover. The motion layer has its own: kNew alone.
+// Kinds of known pixels that a cell may cover. The motion layer has only kNew.
 const uint kAny = 1u;
 const uint kOfSurface = 2u;
 const uint kOfSky = 4u;
@@ -67,7 +67,7 @@ uint KindOfColour(int k) {
   return k == kBackground ? kOfSky : kOfSurface;
 }
 
-// Mean of those of nine children that are known: columns first, then their sum.
+// Mean of the known ones of nine children: first the sum of each column, then of the columns.
 struct Mean {
   vec3 column[kPyramidFactor];
   int count;
@@ -86,7 +86,7 @@ vec3 ValueOf(Mean m) {
   return m.count > 0 ? sum * kInverse[m.count] : vec3(0.0f);
 }
 
-// Part, inverse depth, id and kinds of the children of a cell.
+// Surface fraction, inverse depth, id and kinds of a cell, from its children.
 struct SurfaceMean {
   Mean part;
   Mean inverse_depth;
@@ -132,7 +132,7 @@ vec3 Upsample(Level above, int layer, ivec2 p) {
               MixFour(vec4(a.z, b.z, c.z, d.z), wx, wy));
 }
 
-// Surface or sky at a hole of the picture, from the first level.
+// Surface or sky at a hole of the image, from the first level.
 struct Hole {
   bool is_surface;
   float inverse_depth;

@@ -5,7 +5,7 @@
 #include "denoise/vulkan/fill_guides/pyramid.glsl"
 
 layout(push_constant) uniform Push {
-  int of_motion;  // else all that is not motion
+  int of_motion;  // 1: motion, 0: all other layers
   int level_width;
   int level_height;
   int level_start;
@@ -15,7 +15,7 @@ Level PushedLevel() {
   return Level(ivec2(level_width, level_height), level_start);
 }
 
-// Motion is filled only where it is needed.
+// Whether the pass runs: motion is filled only if held guides are fetched along it.
 bool HasWork() {
   return of_motion == 0 || (has_held != 0 && guides_move != 0u);
 }

@@ -3,8 +3,8 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 
-// fill_guides, RejectGhosts: where a known pixel contradicts the held guides at its place, those of
-// the same surface around it are marked as rejected.
+// fill_guides, RejectGhosts: where a known pixel contradicts the held guides at its position, the
+// held guides of their surface around it are marked as rejected.
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/fill_guides/held_guides.glsl"
 
