@@ -23,15 +23,15 @@ namespace stillray {
 struct Finding {
   std::string name;             ///< one of FindingTable(), "motion_y_flipped"
   std::vector<int64_t> frames;  ///< where it was found, sorted
-  /// one line: the fault, where, the measured value and the expected one
+  /// one line: fault, location, measured value, expected value
   std::string what;
   std::string cure;     ///< one line: the option, or the renderer's setting
-  double measured = 0;  ///< the value in `what`, ...
-  double expected = 0;  ///< ... and its limit
-  std::string aov;      ///< value of --aov that cures it; empty where none does
+  double measured = 0;  ///< the measured value of `what`
+  double expected = 0;  ///< the limit of `measured`
+  std::string aov;      ///< value of --aov that corrects the fault; empty if there is none
 };
 
-/// A measurement that decides on a finding, reported whether or not its limit is exceeded.
+/// A measurement behind a finding, reported whether or not its limit is exceeded.
 struct Measure {
   std::string name;
   double value = 0;
@@ -43,7 +43,7 @@ struct Measure {
 struct DoctorReport {
   std::vector<Finding> findings;
   std::vector<Measure> measures;
-  std::vector<int64_t> frames;  ///< all that were examined
+  std::vector<int64_t> frames;  ///< all examined frames
   AovLayout layout;             ///< of the first frame
 };
 
@@ -57,11 +57,11 @@ std::span<const FindingInfo> FindingTable();
 /// "frames 1-4, 9": consecutive numbers as ranges.
 std::string FrameRanges(const std::vector<int64_t>& frames);
 
-/// Examines frames in sequence; keeps two of them. Not thread-safe; the same frames give the same
-/// report for any number of threads.
+/// Examines frames in sequence; two frames are held in memory. Not thread-safe; the same frames
+/// give the same report for any number of threads.
 class Doctor {
  public:
-  /// \param options  how to interpret the layers of the first frame, and with it of all frames
+  /// \param options  interpretation of the first frame's layers, which applies to all frames
   static std::unique_ptr<Doctor> Create(const AovOptions& options);
   virtual ~Doctor() = default;
 
@@ -70,9 +70,9 @@ class Doctor {
   /// \return errors of UnderstandAovs and ImportFrame for the first frame; kInvalidArgument if
   ///     numbers do not increase. Later frames that differ in size or lack layers are findings.
   virtual Status Add(int64_t number, const std::string& name, const ExrImage& image) = 0;
-  /// Reports on all frames so far. \return kInvalidArgument if there were none
+  /// Reports on all frames added so far. \return kInvalidArgument if no frame was added
   virtual Result<DoctorReport> Report() = 0;
-  /// The layout of the first frame; nullptr before it.
+  /// The layout of the first frame; nullptr before the first Add().
   virtual const AovLayout* layout() const = 0;
 };
 

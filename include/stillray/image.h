@@ -48,9 +48,10 @@ class PlaneMemory {
 
 }  // namespace detail
 
-/// An owning plane of plain values. Rows start on cache lines. The picture is surrounded by a
-/// border of `border` pixels on every side (and one vector more to the right) that may be read and
-/// written, so that filters need no edge tests. Picture and border are initially zero.
+/// An owning plane of trivially copyable values. Rows start on cache lines. The pixels are
+/// surrounded by a border of `border` pixels on every side (and one vector more to the right) that
+/// may be read and written, so that filters need no edge tests. Pixels and border are initially
+/// zero.
 template <typename T>
 class Plane {
   static_assert(std::is_trivially_copyable_v<T>);
@@ -60,7 +61,7 @@ class Plane {
   static constexpr size_t kAlignment = detail::kPlaneAlignment;
 
   Plane() = default;
-  /// \param width, height  pixels, >= 0
+  /// \param width, height, border  pixels, >= 0 \throws std::bad_alloc
   explicit Plane(int width, int height, int border = 0)
       : width_(width), height_(height), border_(border) {
     constexpr int kPerLine = static_cast<int>(kAlignment / sizeof(T));
@@ -100,16 +101,17 @@ class Plane {
   int width() const { return width_; }
   int height() const { return height_; }
   int border() const { return border_; }
-  ptrdiff_t stride() const { return stride_; }
-  size_t bytes() const { return bytes_; }
+  ptrdiff_t stride() const { return stride_; }  ///< distance of rows, in elements
+  size_t bytes() const { return bytes_; }       ///< of memory, border included
   bool empty() const { return width_ == 0 || height_ == 0; }
 
+  /// Pointer to pixel (0, y), y from -border() to height() + border() - 1.
   T* Row(int y) { return origin_ + y * stride_; }
   const T* Row(int y) const { return origin_ + y * stride_; }
   T& operator()(int x, int y) { return origin_[y * stride_ + x]; }
   const T& operator()(int x, int y) const { return origin_[y * stride_ + x]; }
 
-  /// Sets the picture, but not the border, to `value`.
+  /// Sets all pixels, but not the border, to `value`.
   void Fill(T value) {
     for (int y = 0; y < height_; ++y) {
       std::fill_n(Row(y), width_, value);
@@ -132,7 +134,7 @@ class Plane {
 };
 
 /// N planes of the same size: N = 3 for colour (r, g, b) and normals (x, y, z), 2 for motion.
-/// \tparam Basis  distinguishes images whose channels mean something else
+/// \tparam Basis  tag type of images whose channels have another meaning
 template <typename T, int N, typename Basis = void>
 struct Planes {
   std::array<Plane<T>, N> channel;
@@ -151,6 +153,7 @@ struct Planes {
   const Plane<T>& operator[](int i) const { return channel[static_cast<size_t>(i)]; }
 };
 
+/// Images of 1, 2 and 3 channels of 32-bit floats.
 using Image1 = Plane<float>;
 using Image2 = Planes<float, 2>;
 using Image3 = Planes<float, 3>;

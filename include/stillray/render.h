@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The path tracer: renders a moment of a scene to a noisy Frame with its guides.
+/// The path tracer: renders one time of an animated scene to a noisy Frame with guides.
 #pragma once
 
 #include <cstdint>
@@ -23,26 +23,26 @@ enum class SamplerKind : uint8_t {
   kSobol,     ///< Owen-scrambled Sobol', decorrelated per pixel and frame
   kHalton16,  ///< cycles of the 16 Halton points of SVGF (section 3), rotated per pixel and cycle
   kZSobol,    ///< Owen-scrambled Sobol', stratified over blocks of 8x8 pixels and over time, for
-              ///< less noise after a filter (Ahmed and Wonka 2020); above 2 spp the same as kSobol
+              ///< less noise after a filter (Ahmed and Wonka 2020); equal to kSobol above 2 spp
 };
 
-/// Where guides, emission and background are known in frames with less than one path per pixel.
+/// The pixels with guides, emission and background in frames with less than one path per pixel.
 enum class GuideCoverage : uint8_t {
-  kFull,    ///< everywhere: every frame traces the primary rays of all pixels
-  kSparse,  ///< where the frame traced a path; elsewhere all are 0, including depth
+  kFull,    ///< all pixels: every frame traces the primary rays of all pixels
+  kSparse,  ///< pixels with a path in this frame; elsewhere all are 0, including depth
 };
 
-/// How paths find light. All modes have the same mean, up to lights without extent in kNone.
+/// Sampling of lights. All modes have the same expected value, except that kNone lacks lights
+/// without extent.
 enum class LightSampling : uint8_t {
-  kNone,   ///< by scattered rays alone: a path tracer without shadow rays, to which lights without
-           ///< extent (point, spot, directional) are invisible
-  kBsdf,   ///< as kNone, and shadow rays to lights without extent
-  kLight,  ///< by shadow rays; scattered rays count where those cannot: behind ideally smooth
-           ///< surfaces
-  kMis,    ///< by both, combined by multiple importance sampling
+  kNone,   ///< BSDF sampling alone, without shadow rays; lights without extent (point, spot,
+           ///< directional) contribute nothing
+  kBsdf,   ///< as kNone, plus shadow rays to lights without extent
+  kLight,  ///< light sampling (shadow rays); BSDF sampling only after ideally smooth surfaces
+  kMis,    ///< both, combined by multiple importance sampling
 };
 
-/// Maximum number of frames in which every pixel is sampled once.
+/// Limits of RenderSettings; kMaxCycle: number of frames in which every pixel is sampled once.
 inline constexpr int kMaxCycle = 256;
 inline constexpr int kMaxSpp = 65536;
 inline constexpr int kMaxSide = 32768;
@@ -64,33 +64,33 @@ struct RenderSettings {
   /// spp 1. Frame::samples is then 1 where a path was traced and 0, like all signals, elsewhere.
   int cycle = 1;
   GuideCoverage guides = GuideCoverage::kFull;  ///< only used if cycle is above 1
-  int bounces = 4;  ///< surfaces a path may scatter at after the first one, 1..32 (1: as in SVGF)
-  uint64_t seed = 0;
+  int bounces = 4;  ///< scattering events of a path after the first surface, 1..32 (1: as in SVGF)
+  uint64_t seed = 0;  ///< of all random numbers
   SamplerKind sampler = SamplerKind::kZSobol;
   /// All rays of a frame pass through the same point of their pixels, which moves from frame to
   /// frame (Halton 2,3, period 16), for temporal antialiasing. Off: always the centre.
   bool jitter = true;
   /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
-  /// one. Fewer fireflies, dimmer caustics.
+  /// surface. Fewer fireflies, dimmer caustics.
   bool regularise = false;
   LightSampling light_sampling = LightSampling::kMis;
-  /// Candidates among which each shadow ray is chosen in proportion to the light that they would
-  /// add (resampled importance sampling, Talbot et al. 2005), 1..kMaxLightCandidates. Surfaces
-  /// after the first draw half as many.
+  /// Candidates for each shadow ray, of which one is chosen in proportion to its contribution
+  /// (resampled importance sampling, Talbot et al. 2005), 1..kMaxLightCandidates. Surfaces after
+  /// the first use half as many.
   int light_candidates = 4;
-  /// Upper limit of the largest component of what one ray adds to a sample, 0..kMaxClamp; 0: none.
-  /// Emission and background that the camera sees are not limited. Takes light away: pictures get
-  /// darker, references too.
+  /// Upper limit of the largest RGB component of one ray's contribution to a sample, in radiance,
+  /// 0..kMaxClamp; 0: none. Directly visible emission and background are not clamped. Biased:
+  /// images become darker, references too.
   float clamp_radiance = 0.0f;
-  /// The lens in place of the scene camera's; unset: as the scene has it.
+  /// Overrides of the scene camera's lens; unset: the scene's value.
   std::optional<float> aperture;  ///< Lens::radius, 0..kMaxAperture; not together with f_number
   std::optional<float> f_number;  ///< Lens::f_number, kMinFNumber..kMaxFNumber
   std::optional<float> focus;     ///< Lens::focus: 0..kMaxFocus
   std::optional<int> blades;      ///< Lens::blades: 0, or 3..kMaxBlades; also without a mask then
   std::optional<float> blade_rotation;  ///< Lens::rotation, -180..180
-  /// Frame::reflection for smooth surfaces, and Frame::refraction with transmission signals for
-  /// what is seen through glass and alpha-blended surfaces: extra rays, and in the latter pixels a
-  /// second path for each sample. Not with GuideCoverage::kSparse, and not through a lens.
+  /// Renders Frame::reflection for smooth surfaces, and Frame::refraction with transmission signals
+  /// for glass and alpha-blended surfaces. Takes extra rays, and at refracting pixels a second path
+  /// for each sample. Ignored with sparse guides and with a lens that has an aperture.
   bool virtual_guides = true;
   /// Leaves frames on the renderer's device (Frame::on_device) while memory lasts, for a denoiser
   /// on the same device. Ignored by renderers on the CPU, whose frames are on the host.
@@ -99,9 +99,8 @@ struct RenderSettings {
   bool operator==(const RenderSettings&) const = default;
 };
 
-/// The table of the settings of paths and samples, in the order of docs/render_settings.md, which
-/// is made from it. All members of RenderSettings but width, height and on_device; "spp" stands for
-/// spp and cycle.
+/// The table of settings, in the order of docs/render_settings.md, which is generated from it: all
+/// members of RenderSettings but width, height and on_device; "spp" stands for spp and cycle.
 std::span<const Parameter> RenderParameters();
 
 /// Sets one row of the table from text: numbers in decimal, flags on/off/true/false/1/0, choices by
@@ -117,8 +116,8 @@ Result<std::string> GetRenderParameter(const RenderSettings& settings, std::stri
 /// \return kInvalidArgument naming the first setting that is out of range
 Status ValidateRenderSettings(const RenderSettings& settings);
 
-/// Whether light has the same expected value with both settings, so that frames of one may go on
-/// with the history of the other. Sampling may differ, paths and the lens may not.
+/// Whether radiance has the same expected value with both settings, so that a history accumulated
+/// with `a` remains valid with `b`. Sampling may differ; paths and the lens may not.
 bool SameLight(const RenderSettings& a, const RenderSettings& b);
 
 /// Signals of a rendered frame: direct and indirect, diffuse and specular, in the order of
@@ -129,12 +128,13 @@ inline constexpr int kMostTracedSignals = kSignalKindCount;
 
 /// A camera at any position.
 struct CameraPose {
-  /// Camera to world: looks along -z, y is up (as cameras of glTF do). Scale does not matter.
+  /// Camera to world; in camera space the viewing direction is -z and y is up (as in glTF). Scale
+  /// is ignored.
   mat4 world_from_camera = mat4(1.0f);
   float yfov = 0.8f;  ///< vertical angle of view, radians; above 0, below pi
 };
 
-/// Two moments of the scene's animation, and the camera.
+/// The animation times of this and the previous frame, and the camera.
 struct RenderMoment {
   int64_t frame_index = 0;      ///< seed of this frame's random numbers (and of the jitter)
   double seconds = 0;           ///< of this frame
@@ -142,11 +142,12 @@ struct RenderMoment {
   int camera = 0;               ///< index into Scene::cameras
   /// Replaces the scene's camera.
   std::optional<CameraPose> pose;
-  /// Of the previous frame, to which motion vectors point; only with `pose`. Without: the camera
-  /// stands still.
+  /// Pose in the previous frame, to which motion vectors point; only with `pose`. Unset: the camera
+  /// is static.
   std::optional<CameraPose> previous_pose;
 };
 
+/// Milliseconds of the phases of a frame, and numbers of rays.
 struct RenderTimings {
   double update_ms = 0;  ///< transforms, light tables, top level of the BVH
   double clear_ms = 0;   ///< with `cycle`: choosing pixels, and clearing the others
@@ -160,16 +161,17 @@ struct RenderTimings {
   uint64_t bounce_rays = 0;
   uint64_t image_rays = 0;  ///< of virtual guides
   uint64_t shadow_rays = 0;
-  /// Number of contributions that were not finite or negative, and left out. Other than 0 it shows
-  /// a defect of the scene (NaN in its data) or of stillray.
+  /// Number of discarded contributions: NaN, infinite or negative. A value above 0 indicates a
+  /// defect of the scene (NaN in its data) or of stillray.
   uint64_t dropped = 0;
 };
 
-/// Progress of a long call in 0..1; return false to cancel. Called from one thread at a time.
+/// Receives the progress of a long call, 0..1; return false to cancel. Called from one thread at a
+/// time.
 using RenderProgress = std::function<bool(double fraction)>;
 
-/// A scene prepared for tracing. Not thread-safe; its calls use all threads of the pool. The same
-/// scene, settings and moment give the same bits, whatever the number of threads.
+/// A scene prepared for tracing. Not thread-safe; its calls use all threads of the pool. Equal
+/// scenes, settings and moments give equal bits, for any number of threads.
 class Renderer {
  public:
   /// Builds the BVH and the light tables. `scene` must outlive the renderer and must not change.
@@ -188,17 +190,18 @@ class Renderer {
   virtual Status SetSettings(const RenderSettings& settings) = 0;
   virtual const RenderSettings& settings() const = 0;
 
-  /// Renders one frame: signals, guides, emission, background. `frame` may hold any frame. With
-  /// `cycle`, a frame that is passed again is cleared only where it was set: do not write to its
-  /// planes. Images on the device are reused if there is no other reference to them.
+  /// Renders one frame: signals, guides, emission, background. `frame` may hold any earlier frame,
+  /// whose memory is reused. With `cycle`, only the pixels set before are cleared in a reused
+  /// frame: do not write to its planes. Images on the device are reused if there is no other
+  /// reference to them.
   /// \return kInvalidArgument: `frame` is null, or the moment is out of range; kOutOfMemory;
   ///     kCancelled; errors of the device
   Status RenderFrame(const RenderMoment& moment, Frame* frame, const RenderProgress& progress = {});
 
-  /// Renders the converged picture of the same moment by accumulating `spp` paths per pixel, with
-  /// random numbers independent of RenderFrame's: the limit of the sum of a frame's light. With
-  /// `jitter`, samples are spread evenly over the pixel (box filter); else all pass through its
-  /// centre. Uses SamplerKind::kSobol, whatever `sampler` is.
+  /// Renders the reference image of the same moment by accumulating `spp` paths per pixel, with
+  /// random numbers independent of RenderFrame's; converges to the expected value of
+  /// SumOfLight(frame). With `jitter`, samples are spread evenly over the pixel (box filter); else
+  /// all pass through its centre. Uses SamplerKind::kSobol, whatever `sampler` is.
   /// \return as RenderFrame; also kInvalidArgument if `spp` is below 1
   Status RenderReference(const RenderMoment& moment, int spp, Image3* radiance,
                          const RenderProgress& progress = {});

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// A scene as plain data: the subset of glTF 2.0 that the path tracer renders. Axes as in glTF:
-/// right-handed, y up, cameras look along their node's -z; distances in scene units.
+/// right-handed, y up, cameras look along their node's -z; lengths in scene units.
 #pragma once
 
 #include <cstdint>
@@ -60,13 +60,13 @@ struct Material {
   TextureRef transmission_texture;  ///< linear, R
   float ior = 1.5f;                 ///< KHR_materials_ior
   /// KHR_materials_volume present with thickness > 0: the mesh bounds a solid, rays refract.
-  /// Otherwise transmission is that of an infinitely thin sheet: rays go straight through.
+  /// Otherwise the surface is an infinitely thin sheet: transmitted rays keep their direction.
   bool solid = false;
   vec3 attenuation_color = vec3(1.0f);
   float attenuation_distance = std::numeric_limits<float>::infinity();
-  /// KHR_materials_volume_scatter, of solids: the colour that a thick body has after all scattering
-  /// inside, 0 to 1 (0 = no scattering), and the mean cosine of the deflection, -1 to 1 exclusive.
-  /// Attenuation is then that by absorption and scattering together.
+  /// KHR_materials_volume_scatter, of solids: multiple-scattering albedo, 0 to 1 (0 = no
+  /// scattering), and mean cosine of the scattering angle, -1 to 1 exclusive. The attenuation above
+  /// then includes absorption and scattering.
   vec3 multiscatter_color = vec3(0.0f);
   float scatter_anisotropy = 0.0f;
   /// KHR_materials_specular: weight and colour of a dielectric's reflection. The colour applies at
@@ -75,38 +75,39 @@ struct Material {
   TextureRef specular_texture;  ///< linear, A
   vec3 specular_color = vec3(1.0f);
   TextureRef specular_color_texture;  ///< sRGB
-  /// KHR_materials_clearcoat: a varnish of ior 1.5 over everything else.
+  /// KHR_materials_clearcoat: a dielectric coat of ior 1.5 above all other layers.
   float clearcoat = 0.0f;
   TextureRef clearcoat_texture;  ///< linear, R
   float clearcoat_roughness = 0.0f;
   TextureRef clearcoat_roughness_texture;  ///< linear, G
-  /// Linear, tangent space; without it the varnish is even, whatever `normal_texture` has.
+  /// Linear, tangent space; without it the coat has the mesh's normals, not `normal_texture`.
   TextureRef clearcoat_normal_texture;
   float clearcoat_normal_scale = 1.0f;
-  /// KHR_materials_sheen: fibres over everything but the clear coat.
+  /// KHR_materials_sheen: a layer of fibres below the clear coat and above all other layers.
   vec3 sheen_color = vec3(0.0f);
   TextureRef sheen_color_texture;  ///< sRGB
   float sheen_roughness = 0.0f;
   TextureRef sheen_roughness_texture;  ///< linear, A
-  /// KHR_materials_diffuse_transmission: the part of the diffuse light that leaves on the other
-  /// side, in a colour of its own.
+  /// KHR_materials_diffuse_transmission: the fraction of diffuse reflection that is transmitted
+  /// instead, 0 to 1, and its colour.
   float diffuse_transmission = 0.0f;
   TextureRef diffuse_transmission_texture;  ///< linear, A
   vec3 diffuse_transmission_color = vec3(1.0f);
   TextureRef diffuse_transmission_color_texture;  ///< sRGB
-  /// KHR_materials_anisotropy: strength, 0 to 1, with which reflections of metals and dielectrics
-  /// are stretched along a direction, which is turned from the mesh's tangent to its bitangent by
-  /// `anisotropy_rotation` radians. Transmission and the clear coat stay isotropic.
+  /// KHR_materials_anisotropy: strength, 0 to 1, of the stretching of metallic and dielectric
+  /// reflections along a direction at `anisotropy_rotation` radians from the mesh's tangent towards
+  /// its bitangent. Transmission and the clear coat are isotropic.
   float anisotropy = 0.0f;
   float anisotropy_rotation = 0.0f;
   /// Linear; RG the direction by tangent and bitangent, -1 to 1, before the rotation; B strength.
   TextureRef anisotropy_texture;
-  /// KHR_materials_iridescence: weight, 0 to 1, of a thin film over the metal, the dielectric or
-  /// the glass, below the clear coat and the sheen.
+  /// KHR_materials_iridescence: weight, 0 to 1, of a thin film on the metal, the dielectric or the
+  /// glass, below the clear coat and the sheen.
   float iridescence = 0.0f;
   TextureRef iridescence_texture;  ///< linear, R
   float iridescence_ior = 1.3f;    ///< of the film, at least 1
-  /// Thickness of the film in nanometres, from `min` to `max` by the texture; `max` without it.
+  /// Thickness of the film in nanometres: the texture interpolates between `min` and `max`; `max`
+  /// without a texture.
   float iridescence_thickness_min = 100.0f;
   float iridescence_thickness_max = 400.0f;
   TextureRef iridescence_thickness_texture;  ///< linear, G
@@ -114,8 +115,8 @@ struct Material {
   bool emits() const { return emission.x > 0 || emission.y > 0 || emission.z > 0; }
 };
 
-/// What a morph target adds to the vertices that it moves. Deltas have the size of `vertices` or
-/// are empty.
+/// Vertex offsets of a morph target. `vertices`: indices of the moved vertices; the other arrays
+/// have the same size or are empty.
 struct MorphTarget {
   std::vector<uint32_t> vertices;  ///< increasing
   std::vector<vec3> positions;
@@ -124,8 +125,8 @@ struct MorphTarget {
 };
 
 /// Triangles with one material (a glTF primitive). All per-vertex arrays have the size of
-/// `positions` or are empty, except `normals`, which are always given. Positions, normals and
-/// tangents are those of the rest pose, if the mesh deforms.
+/// `positions` or are empty, except `normals`, which are always given. If the mesh deforms,
+/// positions, normals and tangents describe the rest pose.
 struct Mesh {
   std::string name;
   std::vector<vec3> positions;
@@ -139,8 +140,8 @@ struct Mesh {
   std::vector<MorphTarget> targets;
   int influences = 0;            ///< joints per vertex, for skins; 0: none
   std::vector<uint16_t> joints;  ///< `influences` per vertex: indices into Skin::joints
-  std::vector<float> weights;    ///< of these joints: at least 0, with the sum 1 for each vertex
-  bool flat_normals = false;     ///< normals are those of the triangles, also when it deforms
+  std::vector<float> weights;    ///< of these joints: >= 0, sum 1 for each vertex
+  bool flat_normals = false;     ///< normals are recomputed per triangle when the mesh deforms
 };
 
 /// Local transform of a node as glTF stores it.
@@ -151,11 +152,12 @@ struct Transform {
   mat4 ToMatrix() const;
 };
 
+/// A node of the scene graph.
 struct Node {
   std::string name;
-  int parent = -1;
-  Transform local;
-  bool has_matrix = false;  ///< the node gave a matrix in place of translation, rotation, scale
+  int parent = -1;          ///< index into Scene::nodes; -1: none
+  Transform local;          ///< relative to the parent
+  bool has_matrix = false;  ///< `matrix` replaces `local`
   mat4 matrix = mat4(1.0f);
   /// Weights of the morph targets of the node's meshes, before animation; empty: all 0.
   std::vector<float> weights;
@@ -165,35 +167,37 @@ struct Node {
 struct Skin {
   std::string name;
   std::vector<int> joints;         ///< indices into Scene::nodes, at least one
-  std::vector<mat4> inverse_bind;  ///< for each: from the mesh's rest pose to the joint's space
+  std::vector<mat4> inverse_bind;  ///< per joint: from the mesh's rest pose to the joint's space
 };
 
-/// A mesh placed in the scene. Its position in Scene::instances + 1 is its id in Guides::id.
+/// A mesh placed in the scene. Its id in Guides::id is its index in Scene::instances + 1.
 struct Instance {
-  int mesh = -1;
-  int node = -1;
-  /// Index into Scene::skins; -1: none. The joints place a mesh with a skin, whatever the transform
-  /// of its node.
+  int mesh = -1;  ///< index into Scene::meshes
+  int node = -1;  ///< index into Scene::nodes
+  /// Index into Scene::skins; -1: none. With a skin the mesh follows the joints, and the transform
+  /// of its node is ignored.
   int skin = -1;
 };
 
-/// A thin lens (docs/lens.md). Without aperture the camera is a pinhole.
+/// A thin lens (docs/lens.md). With radius 0 and f_number 0 the camera is a pinhole.
 struct Lens {
   float radius = 0.0f;    ///< of the aperture, scene units
-  float f_number = 0.0f;  ///< above 0: the radius, in metres, of a lens before a 36 mm picture
-  float focus = 0.0f;  ///< depth of the plane of focus, may be +infinity; 0: the picture's centre
-  int blades = 0;      ///< corners of the aperture, a regular polygon in the circle; 0: a circle
+  float f_number = 0.0f;  ///< > 0: the radius is f / (2 f_number) metres, with f for a 36 mm sensor
+  float focus = 0.0f;     ///< depth of the plane of focus, <= infinity; 0: of the image centre
+  int blades = 0;         ///< corners of the aperture, a regular polygon in the circle; 0: a circle
   float rotation = 0.0f;  ///< of the first corner from the right, anticlockwise, degrees
-  int mask = -1;          ///< index into Scene::textures: the aperture by its brightness; -1: none
+  int mask = -1;  ///< index into Scene::textures, whose brightness is the aperture's transmittance;
+                  ///< -1: none
 };
 
 /// Largest width or height of a lens mask, in texels.
 inline constexpr int kMaxLensMaskSide = 2048;
 inline constexpr int kMaxBlades = 32;
 
+/// A perspective camera; looks along its node's -z.
 struct Camera {
   std::string name;
-  int node = -1;
+  int node = -1;        ///< index into Scene::nodes
   float yfov = 0.8f;    ///< vertical angle of view, radians
   float aspect = 0.0f;  ///< width / height that the camera was framed for; 0 = not given
   Lens lens = {};
@@ -202,7 +206,8 @@ struct Camera {
 enum class LightType : uint8_t { kPoint, kSpot, kDirectional };
 
 /// KHR_lights_punctual. Intensity: radiant intensity (point, spot) or irradiance (directional) in
-/// the scene's units, without photometric conversion. Shines along its node's -z.
+/// the scene's units, without photometric conversion. Emits along its node's -z. Range in scene
+/// units, cone angles in radians from the axis.
 struct PunctualLight {
   std::string name;
   LightType type = LightType::kPoint;
@@ -219,12 +224,12 @@ enum class AnimatedProperty : uint8_t { kTranslation, kRotation, kScale, kWeight
 /// Keyframes of one property of one node. For kCubicSpline each key has three values: in-tangent,
 /// value, out-tangent. The first value holds before the first key, the last after the last key.
 struct AnimationChannel {
-  int node = -1;
+  int node = -1;  ///< index into Scene::nodes
   AnimatedProperty property = AnimatedProperty::kTranslation;
   Interpolation interpolation = Interpolation::kLinear;
   std::vector<float> times;  ///< seconds, strictly increasing
   std::vector<vec4> values;  ///< empty for kWeights
-  /// For kWeights: in place of each value as many as Node::weights has.
+  /// For kWeights, instead of `values`: for each value as many weights as Node::weights has.
   std::vector<float> weights = {};
 };
 
@@ -232,7 +237,7 @@ struct AnimationChannel {
 struct Environment {
   vec3 radiance = vec3(0.0f);  ///< constant radiance; multiplied with `map` if there is one
   /// Equirectangular radiance, empty if none: u = 0.5 + atan2(x, -z) / (2 pi), v = acos(y) / pi, so
-  /// that the centre of the picture is at -z and its upper edge at +y.
+  /// that the centre of the map is at -z and its upper edge at +y.
   Image3 map;
 };
 
@@ -248,7 +253,7 @@ struct Scene {
   std::vector<PunctualLight> lights;
   std::vector<AnimationChannel> animation;
   Environment environment;
-  std::vector<std::string> warnings;  ///< parts left out or corrected while loading, one line each
+  std::vector<std::string> warnings;  ///< parts omitted or corrected while loading, one line each
   /// Checksum of all files of the scene. 0: not read from files.
   uint64_t checksum = 0;
 
@@ -262,6 +267,7 @@ std::vector<mat4> NodeTransforms(const Scene& scene, double seconds);
 /// Weights of the morph targets of a node's meshes at `seconds`, as many as Node::weights has.
 std::vector<float> MorphWeights(const Scene& scene, int node, double seconds);
 
+/// An axis-aligned bounding box in world space; empty if min > max.
 struct Aabb {
   vec3 min = vec3(std::numeric_limits<float>::infinity());
   vec3 max = vec3(-std::numeric_limits<float>::infinity());
@@ -277,24 +283,24 @@ using KeepGoing = std::function<bool()>;
 /// _emissive_strength, _ior, _iridescence, _sheen, _specular, _transmission, _unlit (as emission),
 /// _volume, _volume_scatter, KHR_mesh_quantization, KHR_texture_transform, EXT_texture_webp. Also
 /// scenes[i].extras.environment = {"type": "constant", "radiance": [r, g, b]} and
-/// cameras[i].extras.lens (docs/lens.md). All animations are merged. A file without a camera gets
-/// one that shows everything, one without any light gets an environment of radiance 1;
-/// Scene::warnings lists both, and all parts left out or corrected. Textures are at most 16384
+/// cameras[i].extras.lens (docs/lens.md). All animations are merged. A file without a camera gets a
+/// camera that frames the whole scene, a file without any light an environment of radiance 1;
+/// Scene::warnings lists both, and all parts omitted or corrected. Textures are at most 16384
 /// texels wide and high. Nodes may mirror (negative determinant): front faces are then the
 /// clockwise ones, as in glTF 2.0 (3.7.4). Skins have up to 8 joints per vertex.
 /// \return kNotFound, kBadData (naming the file, the element and the fault) or kUnsupported (a
 ///     required extension that stillray lacks, by name), kCancelled
 Result<Scene> LoadGltf(const std::string& path, const KeepGoing& keep_going = {});
 
-/// The same from memory (a .glb, or .gltf text); external files are looked up in `base_folder`, or
-/// rejected if that is empty. Safe on any bytes.
+/// As LoadGltf, from memory (a .glb, or .gltf text); external files are read from `base_folder`, or
+/// rejected if it is empty. Safe on any bytes.
 Result<Scene> LoadGltfFromMemory(const uint8_t* data, size_t size, const std::string& base_folder,
                                  const KeepGoing& keep_going = {});
 
-/// Reads a Wavefront .obj file with its material libraries and pictures, all in its folder. Groups
+/// Reads a Wavefront .obj file with its material libraries and textures, all in its folder. Groups
 /// and materials become meshes, one node for each group; polygons become triangles; missing normals
-/// are made from the smoothing groups. Missing materials and pictures are warnings, as is a camera
-/// or light that was added as by LoadGltf. docs/scenes.md has the conversion of materials.
+/// are computed from the smoothing groups. Missing materials and textures are warnings, as is a
+/// camera or light added as in LoadGltf. docs/scenes.md has the conversion of materials.
 /// \return kNotFound, kBadData (naming the file, the line and the fault), kUnsupported (this build
 ///     has no OBJ), kCancelled
 Result<Scene> LoadObj(const std::string& path, const KeepGoing& keep_going = {});
@@ -305,13 +311,13 @@ Result<Scene> LoadObj(const std::string& path, const KeepGoing& keep_going = {})
 Result<Scene> MakeBuiltinScene(const std::string& name);
 std::vector<std::string> BuiltinSceneNames();
 
-/// Reads a picture (PNG, JPEG, WebP) as the lens mask of all cameras.
-/// \return kNotFound, kBadData, kUnsupported (larger than kMaxLensMaskSide), kInvalidArgument (it
-/// is
-///     black): the scene is then unchanged
+/// Reads an image (PNG, JPEG, WebP) as the lens mask of all cameras.
+/// \return kNotFound, kBadData, kUnsupported (larger than kMaxLensMaskSide), kInvalidArgument (the
+///     image is black): the scene is then unchanged
 Status SetLensMask(const std::string& path, Scene* scene);
 
-/// `spec` is "builtin:NAME" or the path of a .gltf, .glb or .obj file.
+/// Loads a scene; `spec` is "builtin:NAME" or the path of a .gltf, .glb or .obj file. Errors as of
+/// MakeBuiltinScene, LoadGltf and LoadObj.
 Result<Scene> LoadScene(const std::string& spec, const KeepGoing& keep_going = {});
 
 }  // namespace stillray

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Denoising of a sequence of EXR files: shot cuts, light of past and future frames, light passes,
-/// reading and writing in the background, and a state on disk from which a run can be resumed.
-/// `stillray denoise` without its options and output.
+/// reading and writing in the background, and a state on disk from which a run can be resumed. The
+/// implementation of `stillray denoise`.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct SequenceFile {
   std::string output;
 };
 
-/// The frames whose light is accumulated for a frame, besides its own.
+/// The frames whose radiance is accumulated for a frame, in addition to the frame itself.
 enum class Window : uint8_t {
   kPast,  ///< earlier frames
   kBoth,  ///< earlier and later frames
@@ -36,14 +36,14 @@ enum class Window : uint8_t {
 /// "past", "both".
 const char* WindowName(Window window);
 
-/// Where the motion of a sequence comes from.
+/// The source of a sequence's motion vectors.
 enum class MotionSource : uint8_t {
-  /// The files, and what follows below where they have none or zeros although guides move: the
-  /// cameras if they are known, with estimation of what moves by itself; else estimation.
+  /// The files; if they have no motion, or zeros although the guides move: the cameras if known,
+  /// with estimation for moving objects, else estimation alone.
   kAuto,
   kFile,      ///< the motion layer; without one, cameras in the files and depth
-  kCamera,    ///< depth and the cameras alone: nothing moves by itself
-  kEstimate,  ///< the guides, beginning with the cameras if they are known
+  kCamera,    ///< depth and the cameras alone: all objects are assumed static
+  kEstimate,  ///< estimation from the guides, starting from the cameras if known
 };
 /// "auto", "file", "camera", "estimate".
 const char* MotionSourceName(MotionSource source);
@@ -60,9 +60,9 @@ Result<std::vector<SequenceFile>> ListSequence(const std::vector<std::string>& i
                                                const std::string& output,
                                                const std::string& frames);
 
-/// The default window: both sides of a sequence without gaps; the past of one frame, or of a
-/// sequence with gaps, whose missing frames may still come.
-/// \param note  set to the reason if it is the past of several frames
+/// The default window: kBoth for a sequence without gaps; kPast for one frame, or for a sequence
+/// with gaps, whose missing frames may be added later.
+/// \param note  set to the reason if it is kPast for several frames
 Window ChooseWindow(const std::vector<SequenceFile>& files, std::string* note);
 
 /// Limit on the memory of a run.
@@ -77,8 +77,8 @@ struct MemoryLimit {
 struct StateOptions {
   bool keep = false;
   bool resume = false;  ///< continue from the state of an earlier run with the same options
-  /// Lines "name value" of settings besides SequenceOptions that affect the pictures. A state with
-  /// other options or another fingerprint is not resumed.
+  /// Lines "name value" of settings that affect the output and are not in SequenceOptions. A state
+  /// with other options or another fingerprint is not resumed.
   std::string fingerprint;
 };
 
@@ -88,24 +88,24 @@ struct SequenceOptions {
   std::vector<SequenceFile> files;
   AovOptions aovs;
   Settings settings;
-  /// Names of parameters of `settings` that are kept even if the files call for another value:
-  /// tests of the history with soft guides, antialiasing of frames without jitter.
+  /// Names of parameters of `settings` that keep their value. Others may be adapted to the files:
+  /// history tests with soft guides, antialiasing of frames without jitter.
   std::vector<std::string> fixed_parameters;
   Window window = Window::kPast;
   /// Use kPast instead of kBoth if memory is too small for both.
   bool window_may_narrow = false;
   MotionSource motion = MotionSource::kAuto;
-  /// A JSON file with the camera of every frame (docs/files.md), which counts in place of cameras
-  /// in the files; or empty.
+  /// A JSON file with the camera of every frame (docs/files.md), which overrides cameras in the
+  /// files; or empty.
   std::string cameras = {};
-  /// Samples per pixel of files without a layer of them; 0: as many as the first file states,
-  /// else 1.
+  /// Samples per pixel of files without a layer of sample counts; 0: the number in the metadata of
+  /// the first file, else 1.
   int spp = 0;
-  bool passes = false;         ///< also write the denoised light of every light layer
+  bool passes = false;         ///< also write the denoised radiance of every light layer
   bool denoise_alpha = false;  ///< else alpha is copied
   MemoryLimit memory;
-  /// Read the next file and write the last one while a frame is filtered, if memory allows. The
-  /// bits are the same.
+  /// Read the next file and write the previous one while a frame is filtered, if memory allows.
+  /// Results do not depend on it.
   bool overlap = true;
   StateOptions state;
 
@@ -132,29 +132,29 @@ struct FrameReport {
   std::string input;
   std::string output;
   double read_ms = 0;
-  double future_ms = 0;   ///< accumulating later frames backward, if necessary
-  double denoise_ms = 0;  ///< of the run that filtered it
+  double future_ms = 0;   ///< accumulating later frames backward, if needed
+  double denoise_ms = 0;  ///< of the run that filtered the frame
   double write_ms = 0;
-  /// From the end of the previous frame, or the run's start, to its own end. Less than the sum of
-  /// the others if they overlap.
+  /// From the end of the previous frame, or the run's start, to the end of this frame. Less than
+  /// the sum of the other times if they overlap.
   double elapsed_ms = 0;
-  /// Fraction of the pixels with a surface that had no history, 0..1; 1 in the first frame.
+  /// Fraction of the surface pixels without history, 0..1; 1 in the first frame.
   double without_history = 1;
   bool restarted = false;      ///< history was dropped before this frame
-  int64_t missing_light = 0;   ///< values that were NaN, infinite or negative, ...
-  int64_t negative_light = 0;  ///< ... of these negative
-  int64_t bad_guides = 0;      ///< pixels that were passed through
+  int64_t missing_light = 0;   ///< number of NaN, infinite or negative values
+  int64_t negative_light = 0;  ///< number of negative values among missing_light
+  int64_t bad_guides = 0;      ///< number of pixels with invalid guides, not filtered
   int64_t written_bytes = 0;   ///< of the output
   std::vector<LoggedStage> stages;
-  /// The origin of its motion towards the previous frame: "file", "camera", "estimate", or empty
-  /// where there is none.
+  /// The source of the motion towards the previous frame: "file", "camera", "estimate", or empty if
+  /// there is no motion.
   std::string motion;
-  /// Fractions of the pixels with a surface whose motion was estimated, and whose guides no motion
-  /// explains.
+  /// Fractions of the surface pixels, 0..1: with estimated motion, and with guides that match no
+  /// motion.
   double motion_estimated = 0;
   double motion_unknown = 0;
-  /// Why images in mirrors, glass or convex surfaces do not have their own guides or motion, and
-  /// the cure; empty if they do, or if there are none.
+  /// Why virtual images in mirrors, glass or convex surfaces lack guides or motion, and the remedy;
+  /// empty if they have both, or if there are no virtual images.
   std::string images_missing;
   std::string note;     ///< why history was dropped, or empty
   std::string warning;  ///< of the denoiser, or empty
@@ -169,24 +169,24 @@ struct SequenceHooks {
   std::function<void(const std::string& text)> note;
   /// The denoiser falls back to the CPU, for this reason. Called once.
   std::function<void(const std::string& reason)> fell_back;
-  /// A frame will be accumulated for the future of earlier ones.
+  /// A frame will be accumulated for the future of earlier frames.
   std::function<void(const SequenceFile& file)> looks_ahead;
   /// The frame's file is complete on disk.
   std::function<void(const FrameReport& report)> finished;
-  /// May change a denoised picture, from the frame's guides, before it is written; an error stops
-  /// the run. Not called again for pictures that a resumed run takes from the state.
-  /// \param focal_pixels  height of the picture over that in tangents of the angle of view, by the
-  ///     camera in the file or in SequenceOptions::cameras; 0: unknown, or without perspective
+  /// May change the denoised image, using the frame's guides, before it is written; an error stops
+  /// the run. Not called again for images that a resumed run reads from the state.
+  /// \param focal_pixels  vertical focal length in pixels, of the camera in the file or in
+  ///     SequenceOptions::cameras; 0: unknown, or without perspective
   std::function<Status(const SequenceFile& file, const Frame& frame, double focal_pixels,
                        Image3* colour)>
       effects;
-  /// A denoised picture before its file is written; an error stops the run. Called on the writer's
+  /// The denoised image before its file is written; an error stops the run. Called on the writer's
   /// thread, one frame at a time, in order.
   std::function<Status(const SequenceFile& file, const Image3& colour)> picture;
-  /// Text to store in the state: of finished frames, followed by those that are filtered but not
-  /// written.
+  /// The text to store in the state: reports of finished frames, followed by filtered frames that
+  /// are not yet written.
   std::function<std::string(std::span<const FrameReport> frames)> save_log;
-  /// Parses such a text. Without, reports() lacks the frames of an earlier run.
+  /// Parses a text of save_log. If empty, reports() lacks the frames of an earlier run.
   std::function<Result<std::vector<FrameReport>>(const std::string& log)> restore_log;
 };
 
@@ -194,14 +194,14 @@ struct SequenceHooks {
 struct SequenceEnd {
   /// kCancelled if keep_going ended it; errors of reading, denoising and writing, naming the file.
   Status status;
-  /// Of saving the state when a run stops before its last frame.
+  /// The result of saving the state, if the run stopped before its last frame.
   Status save_status;
-  /// Whether there is a state on disk, from this end or earlier.
+  /// Whether there is a state on disk, saved now or earlier.
   bool can_resume = false;
   size_t resumes_at = 0;  ///< first file that a resumed run writes
 };
 
-/// Denoises one sequence. Not thread-safe; its work uses all threads of the pool.
+/// Denoises one sequence. Not thread-safe; runs on all threads of the pool.
 class SequenceDenoiser {
  public:
   /// Reads the first file, assigns roles to its layers, creates the denoisers, and restores the
@@ -212,8 +212,8 @@ class SequenceDenoiser {
   ///     kUnsupported
   static Result<SequenceDenoiser> Create(const SequenceOptions& options, const Device& device,
                                          const SequenceHooks& hooks = SequenceHooks());
-  /// The same with a device that is opened after the first file was read: opening one can take
-  /// seconds, and a wrong file is found before.
+  /// As above, with a device that is opened after the first file was read: opening a device can
+  /// take seconds, and errors of the file are reported first.
   using OpenDevice = std::function<Result<Device>()>;
   static Result<SequenceDenoiser> Create(const SequenceOptions& options, const OpenDevice& open,
                                          const SequenceHooks& hooks = SequenceHooks());
@@ -228,24 +228,24 @@ class SequenceDenoiser {
 
   /// Whether this run continues from the state of an earlier one.
   bool resumed() const;
-  /// Number of frames with complete files; before Run() those of the resumed run.
+  /// Number of frames with complete files; before Run(), of the resumed run.
   size_t finished() const;
   /// Number of frames that Run() accumulates backward, counting repetitions.
   size_t look_ahead_steps() const;
 
   /// Denoises and writes the unfinished frames. Call it once.
   SequenceEnd Run();
-  /// Removes the state, if there is one. Run() leaves it to the caller, whose work after the last
-  /// frame can fail too.
+  /// Removes the state, if it exists. Run() leaves the removal to the caller, whose work after the
+  /// last frame can fail too.
   void RemoveState();
 
   const std::vector<FrameReport>& reports() const;  ///< of finished frames
-  /// Whether motion that the files lack is derived from cameras or guides.
+  /// Whether motion missing in the files is derived from cameras or guides.
   bool derives_motion() const;
   /// Whether a frame had motion other than zero.
   bool motion_was_seen() const;
   size_t memory_bytes() const;         ///< of the denoisers, at most
-  DeviceMemory device_memory() const;  ///< the part of it on a device
+  DeviceMemory device_memory() const;  ///< the part of memory_bytes() on a device
 
   struct Impl;  ///< of the module sequence
 

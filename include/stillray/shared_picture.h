@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Finished pictures on the device that filtered them, for display by other APIs.
+/// Denoised images in the memory of the device that filtered them, for display by other APIs.
 #pragma once
 
 #include <array>
@@ -11,12 +11,12 @@
 
 namespace stillray {
 
-/// A displayable picture in memory that OpenGL on the same device imports as a buffer
-/// (GL_EXT_memory_object_fd): from its beginning width * height pixels of red, green, blue and
-/// alpha (255) in 8 bits each, rows from the top without gaps. The device has finished writing
-/// before the frame is returned, so no synchronisation is needed. The denoiser reuses the memory
-/// for a later frame once there is no other reference to the picture: hold it until it has been
-/// copied. Thread-safe; outlives its denoiser.
+/// A display-referred image in memory that OpenGL on the same device imports as a buffer
+/// (GL_EXT_memory_object_fd): from offset 0 width * height pixels of red, green, blue and alpha
+/// (255) in 8 bits each, rows from the top without padding. The device has finished writing before
+/// the frame is returned, so no synchronisation is needed. The denoiser reuses the memory for a
+/// later frame once there is no other reference to this object: hold a reference until the image
+/// has been copied. Thread-safe; outlives its denoiser.
 class SharedPicture {
  public:
   using Uuid = std::array<uint8_t, 16>;
@@ -27,7 +27,7 @@ class SharedPicture {
 
   virtual int width() const = 0;
   virtual int height() const = 0;
-  /// Size of the memory in bytes, for importing it; larger than the picture.
+  /// Size of the memory in bytes, for importing it; larger than the image.
   virtual uint64_t memory_bytes() const = 0;
   /// Match GL_DEVICE_UUID_EXT and GL_DRIVER_UUID_EXT; other devices and drivers cannot import the
   /// memory.

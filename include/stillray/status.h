@@ -14,8 +14,7 @@ namespace stillray {
 
 enum class StatusCode {
   kOk = 0,
-  kInvalidArgument,  ///< an error of the caller: sizes that differ, a value out of range, an
-                     ///< name
+  kInvalidArgument,  ///< a caller's error: sizes that differ, a value out of range, an unknown name
   kNotFound,         ///< a file, folder or name that does not exist
   kBadData,          ///< a file or buffer whose content is damaged or inconsistent
   kUnsupported,      ///< valid, but not supported by stillray or this machine

@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// The C API as C++ classes that release their handles, with errors that must be checked.
-/// Header-only, C++17, links only the C API; throws only std::bad_alloc, from its strings. Meanings
-/// and limits are those of stillray.h.
+/// Header-only, C++17, links only the C API; throws only std::bad_alloc, from its strings. See
+/// stillray.h for meaning, units, ranges and errors of each function.
 #pragma once
 
 #include <cstdint>
@@ -46,7 +46,7 @@ stillray_image Planar(T* data, int channels, int width, int height) {
   return stillray_planar(data, FormatOf<T>(), channels, width, height);
 }
 
-/// The threads of denoisers, and the device that filters. Empty until Create().
+/// The device that filters, and its CPU threads. Empty until Create().
 class Device {
  public:
   /// \param threads  0: one per processor
@@ -69,7 +69,7 @@ class Device {
   std::unique_ptr<stillray_device, Release> handle_;
 };
 
-/// One sequence. Empty until Create(); every call on an empty one is an error.
+/// The denoiser of one sequence. Empty until Create(); every call on an empty object is an error.
 class Denoiser {
  public:
   Error Create(const Device& device, const char* preset = "default") {
@@ -119,7 +119,8 @@ class Denoiser {
   Error SetFocalPixels(float focal_pixels) {
     return Check(stillray_denoiser_set_focal_pixels(handle(), focal_pixels));
   }
-  /// \param progress  receives 0..1, returns whether to continue; must not throw; empty: none
+  /// \param progress  receives 0..1, returns whether to continue; must not throw; empty: no
+  ///     callback
   Error SetProgress(std::function<bool(double)> progress) {
     auto kept = std::make_unique<std::function<bool(double)>>(std::move(progress));
     const bool any = static_cast<bool>(*kept);
@@ -147,18 +148,18 @@ class Denoiser {
     return Check(stillray_denoiser_push(handle(), cut));
   }
   Error Finish() { return Check(stillray_denoiser_finish(handle())); }
-  /// \param pulled  whether a frame was ready, and is written to the outputs
+  /// \param pulled  set to whether a frame was ready and written to the outputs
   Error Pull(bool* pulled) {
     int32_t any = 0;
     Error error = Check(stillray_denoiser_pull(handle(), &any));
     *pulled = any != 0;
     return error;
   }
-  /// \param waiting  started from STILLRAY_WAITING_INIT
+  /// \param waiting  initialised with STILLRAY_WAITING_INIT
   Error GetWaiting(stillray_waiting* waiting) {
     return Check(stillray_denoiser_waiting(handle(), waiting));
   }
-  /// \param need  started from STILLRAY_MEMORY_NEED_INIT
+  /// \param need  initialised with STILLRAY_MEMORY_NEED_INIT
   Error GetMemoryNeed(stillray_memory_need* need) {
     return Check(stillray_denoiser_memory_need(handle(), need));
   }

@@ -17,16 +17,16 @@
         })                                     # (height, width, 3), float32
 
 Arrays are float32 or float16 (`id`: uint32) of any strides, also planar, mirrored or a part of a
-larger array; they are read and written where they lie. `stillray.inputs()` says what each image
-means, `stillray.parameters()` which settings there are.
+larger array; they are read and written in place. `stillray.inputs()` describes each image,
+`stillray.parameters()` each setting.
 
-A sequence that is known as a whole, or may be finished some frames late, comes out cleaner where
-light of later frames counts too:
+A sequence that is known as a whole, or may be delayed by some frames, becomes cleaner with light of
+later frames:
 
     for clean in stillray.denoise_sequence(denoiser, frames):   # frames as above
         show(clean)
 
-All frames at once, as arrays with the frame's number first; .shape is (frames, height, width, 3):
+All frames at once, as arrays with the frame as first axis; .shape is (frames, height, width, 3):
 
     clean = stillray.denoise({"direct_diffuse": light, "albedo": albedo, "motion": motion})
 
@@ -34,8 +34,8 @@ Files of a renderer, with all their layers:
 
     stillray.denoise_files("in.####.exr", "out/", window="both", passes=True)
 
-Pixel (0, 0) is the top left; x runs right, y down. `motion` points to where the surface was one
-frame ago. Errors: ValueError for wrong arguments, with what was wrong and what was expected.
+Pixel (0, 0) is the top left; x runs right, y down. `motion` points to the position of the surface
+one frame ago. Wrong arguments raise ValueError with the value found and the value expected.
 """
 
 from ._stillray import (

@@ -16,14 +16,14 @@ class Sequence:
     """The frames of a sequence, as one array per image with the frame's number as first axis.
 
         images: arrays by name, see stillray.inputs(), such as "direct_diffuse" of the shape
-            (frames, height, width, 3) and "depth" of (frames, height, width); "next_motion" too
-        jitter: one (x, y) per frame, as for Denoiser.denoise(); none: pixel centres
-        cuts: numbers of the frames that begin a shot; None: they are found
-        focal_pixels: one number for all frames, or one per frame, as for Denoiser.denoise(); none:
+            (frames, height, width, 3) and "depth" of (frames, height, width); also "next_motion"
+        jitter: one (x, y) per frame, in pixels, as for Denoiser.denoise(); None: pixel centres
+        cuts: indices of the frames that begin a shot; None: cuts are detected
+        focal_pixels: one number for all frames, or one per frame, as for Denoiser.denoise(); None:
             unknown
 
-    sequence[3] is a frame for Denoiser.denoise(), sequence[8:16] a Sequence; both are views of the
-    same memory. Raises ValueError naming the image whose size differs.
+    sequence[3] is a frame for Denoiser.denoise(), sequence[8:16] a Sequence; both are views of
+    the memory of the sequence. Raises ValueError naming the image whose size differs.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class Sequence:
 
     @classmethod
     def from_frames(cls, frames: Iterable[Mapping[str, Any]]) -> "Sequence":
-        """Stacks frames as denoise_sequence() takes them, with "jitter", "cut" and
+        """Stacks frames, given as for denoise_sequence(), with "jitter", "cut" and
         "focal_pixels"."""
         listed = [dict(frame) for frame in frames]
         jitter = [frame.pop("jitter", (0.0, 0.0)) for frame in listed]
@@ -144,17 +144,17 @@ def denoise(
     """Denoises all frames of a sequence.
 
         frames: a Sequence; a dictionary of its arrays, such as "direct_diffuse" of the shape
-            (frames, height, width, 3); or frames one by one, as for denoise_sequence()
-        window: "both" for light of earlier and later frames, "past" for that of earlier ones, as
-            Denoiser.denoise() (cuts then have to be marked)
+            (frames, height, width, 3); or an iterable of frames, as for denoise_sequence()
+        window: "both" for light of earlier and later frames, "past" for light of earlier frames
+            only, as Denoiser.denoise() (cuts must then be marked)
         preset, device, threads, settings: as for Denoiser
-        outputs: names of the results to return; none: the picture
+        outputs: names of the outputs to return; None: the denoised images
         progress: called with the number of finished frames; return False to cancel (raises
             stillray.Cancelled)
 
-    Returns the pictures, float32 of (frames, height, width, 3), or, if outputs is given, such an
-    array per name. To take frames as they are finished, call denoise_sequence(). Raises ValueError
-    naming the frame, image or setting that is wrong.
+    Returns the denoised images, float32 of (frames, height, width, 3), or, with outputs, a
+    dictionary of one array per name. To receive frames as they are finished, call
+    denoise_sequence(). Raises ValueError naming the invalid frame, image or setting.
     """
     if window not in ("both", "past"):
         raise ValueError("window is '%s', expected both or past" % (window,))

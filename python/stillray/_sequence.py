@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""Whole sequences: of frames in memory, with light of the past and of the future, and of files."""
+"""Whole sequences, with light of past and future frames: of frames in memory, and of files."""
 
 from __future__ import annotations
 
@@ -28,15 +28,15 @@ def denoise_sequence(
 ) -> Iterator[Any]:
     """Denoises the frames of a sequence with light of the frames before and after each.
 
-        frames: an iterable of dictionaries as for Denoiser.denoise(). Beside arrays they may hold
+        frames: an iterable of dictionaries as for Denoiser.denoise(). They may also contain
             "next_motion" and the arguments of Denoiser.push(): "jitter", "cut" and "focal_pixels"
         outputs: as for Denoiser.denoise()
         first_index: number of the first frame
 
-    Yields what denoise() returns, one frame after the other, with the bits of `stillray denoise
-    --window both`. A frame comes once the 16 frames behind its block of 16 were taken from
-    `frames`, or all were; up to 32 frames are held, for which Denoiser.memory_need() gives the
-    bytes. Frames of the denoiser that wait from earlier calls are dropped.
+    Yields the result of Denoiser.denoise() for each frame, bit-identical to `stillray denoise
+    --window both`. A frame is yielded once the 16 frames after its block of 16 were taken from
+    `frames`, or all frames were; up to 32 frames are held, whose memory is
+    Denoiser.memory_need(). Frames still waiting in the denoiser are dropped first.
     """
     denoiser.reset()
     for index, frame in enumerate(frames, first_index):
@@ -67,30 +67,30 @@ def denoise_files(
     progress: Optional[Callable[[Mapping[str, Any]], Any]] = None,
     **settings: Any,
 ) -> list[dict[str, Any]]:
-    """Denoises a sequence of EXR files, with the bits of `stillray denoise`.
+    """Denoises a sequence of EXR files, bit-identical to `stillray denoise`.
 
         inputs: a pattern ("in.####.exr"), a folder that holds one sequence, or files in order
-        output: a pattern, or a folder that is made if needed; files keep their names and layers
+        output: a pattern, or a folder that is created if needed; files keep their names and layers
         frames: "FIRST-LAST" or one number; all
-        window: "both" for light of earlier and later frames, "past" for that of earlier ones;
-            "auto": both where the sequence has no gap and memory is enough
-        spp: samples per pixel, of files that do not state them; 0: as they state, else 1
-        passes: whether the denoised light of every light layer is written too
-        alpha: "keep" copies alpha, "denoise" filters it as the light is
+        window: "both" for light of earlier and later frames, "past" for light of earlier frames;
+            "auto": both if the sequence has no gap and memory is sufficient
+        spp: samples per pixel of files without sample counts; 0: the number in the file, else 1
+        passes: also write the denoised radiance of every light layer
+        alpha: "keep" copies alpha, "denoise" filters it like a signal
         preset, settings: as for Denoiser
-        motion: "file", "camera", "estimate", "auto": where motion comes from, as --motion
+        motion: "file", "camera", "estimate", "auto": the source of motion, as --motion
         cameras: a JSON file with the camera of every frame, as --cameras
-        renderer, aovs: which layers hold what: --renderer and --aov of the command line
+        renderer, aovs: the roles of layers, as --renderer and --aov
         threads: 0 for one per processor
         memory_limit: bytes; 0 for none
-        resume: go on with an earlier call that was stopped, and keep what another needs to go on
-        progress: called after every frame with what is returned for it; return False to stop
+        resume: continue an earlier call that was stopped, and keep the state to continue this one
+        progress: called after every frame with its dictionary of the result; return False to stop
             (raises stillray.Cancelled)
 
     Returns a dictionary per frame: "frame", "output", "restarted" and "note" (at cuts), "motion"
-    ("file", "camera", "estimate"), "missing_light", times in milliseconds. Raises FileNotFoundError, OSError, ValueError and
-    stillray.Error naming the file. Notes, such as on the window that "auto" chose, go to the logger
-    "stillray" as information.
+    ("file", "camera", "estimate"), "missing_light", times in milliseconds. Raises
+    FileNotFoundError, OSError, ValueError and stillray.Error naming the file. Notes, for example
+    on the window chosen by "auto", are logged at level INFO by the logger "stillray".
     """
     try:
         from . import _files

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Common to every function of the C API: one call at a time per object, messages of failures, no
-/// exception that leaves the library, and structs that may grow.
+/// Common code of all functions of the C API: one call at a time per object, messages of failures,
+/// no exceptions across the API, and structs that may grow.
 #pragma once
 
 #include <algorithm>
@@ -23,20 +23,20 @@ namespace stillray::capi {
 inline constexpr char kBusyMessage[] =
     "this denoiser is at work on a frame: wait for it, or use one per thread";
 
-/// The message of calls that have no object to keep it.
+/// The message of calls without an object.
 inline std::string& ThreadMessage() {
   thread_local std::string message;
   return message;
 }
 
-/// The object whose last call by this thread was refused because another call was at work on it.
-/// The object's own message belongs to that other call.
+/// The object whose last call by this thread was rejected because another call was running on it.
+/// The object's own message belongs to the running call.
 inline const void*& RefusedObject() {
   thread_local const void* object = nullptr;
   return object;
 }
 
-/// Keeps calls on one object apart, also those that its own progress callback makes.
+/// Prevents concurrent calls on one object, including calls from its progress callback.
 class Occupancy {
  public:
   /// \return whether the object was free; Leave() must follow then
@@ -49,7 +49,7 @@ class Occupancy {
     int busy = kBusy;
     return !state_.compare_exchange_strong(busy, kFree, std::memory_order_acq_rel);
   }
-  /// \return whether the object may be deleted now; else Leave() will say so
+  /// \return whether the object may be deleted now; else Leave() returns true later
   bool Release() { return state_.exchange(kReleased, std::memory_order_acq_rel) == kFree; }
 
  private:
@@ -61,12 +61,13 @@ inline stillray_error Fail(StatusCode code, const char* text, std::string* messa
   try {
     *message = text;
   } catch (...) {
-    message->clear();  // not even memory for a message: the code has to do
+    message->clear();  // no memory for a message: only the code is returned
   }
   return static_cast<stillray_error>(code);
 }
 
-/// Runs `body`, which returns a Status, and keeps the message of a failure. Nothing is thrown on.
+/// Runs `body`, which returns a Status, and stores the message of a failure. Catches all
+/// exceptions.
 template <typename Body>
 stillray_error Guard(std::string* message, const Body& body) {
   try {
@@ -88,7 +89,7 @@ inline Status IsNull(const char* what) {
   return Status::InvalidArgument(fmt::format("{} is NULL", what));
 }
 
-/// Runs `body` on an object that has `occupancy` and `message`, unless another call is at work.
+/// Runs `body` on an object that has `occupancy` and `message`, unless another call is running.
 template <typename Object, typename Body>
 stillray_error WithObject(Object* object, const Body& body) {
   if (object == nullptr) {
@@ -106,7 +107,7 @@ stillray_error WithObject(Object* object, const Body& body) {
   return error;
 }
 
-/// Deletes the object, or leaves that to the call that is at work on it.
+/// Deletes the object, or leaves the deletion to the running call.
 template <typename Object>
 void Release(Object* object) {
   if (object != nullptr && object->occupancy.Release()) {
@@ -114,7 +115,7 @@ void Release(Object* object) {
   }
 }
 
-/// The line on the last call that failed.
+/// The message of the last failed call.
 template <typename Object>
 const char* MessageOf(const Object* object) {
   if (object == nullptr) {
@@ -128,10 +129,10 @@ const char* MessageOf(const Object* object) {
   return message;
 }
 
-/// No struct of any version comes near: a larger number was never set.
+/// Larger than any struct of any version: a larger size is uninitialised memory.
 inline constexpr size_t kLargestStruct = 4096;
 
-/// Whether the caller has said how large its struct is.
+/// Whether the caller has set struct_size.
 template <typename Struct>
 Status CheckStruct(const Struct* given, const char* name, const char* type) {
   if (given == nullptr) {
@@ -144,8 +145,8 @@ Status CheckStruct(const Struct* given, const char* name, const char* type) {
   return Status::Ok();
 }
 
-/// Fills in the members that the caller's struct has; those of a newer header than this library's
-/// are set to zero.
+/// Writes the members of the caller's struct; members of a newer header than the library's are set
+/// to zero.
 template <typename Struct>
 void WriteStruct(const Struct& values, Struct* to) {
   const size_t size = to->struct_size;
@@ -156,7 +157,7 @@ void WriteStruct(const Struct& values, Struct* to) {
               std::min(size, sizeof(Struct)) - kFirst);
 }
 
-/// Reads the caller's struct: members that an older header lacks are zero.
+/// Reads the caller's struct: members missing in an older header are zero.
 /// \return kUnsupported if a member that this library does not have is not zero
 template <typename Struct>
 Status ReadStruct(const Struct* given, const char* name, const char* type, Struct* values) {

@@ -118,7 +118,7 @@ void Load(const ImageMap& images, std::string_view name, const Frame& frame, Ima
   ReadChannel(*image, 0, plane);
 }
 
-/// One pixel in the place of an image that is given.
+/// One pixel in place of a given image.
 template <typename Image>
 void Mark(const ImageMap& images, std::string_view name, Image* image) {
   *image = Find(images, name) != nullptr ? Image(1, 1) : Image();

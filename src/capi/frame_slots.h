@@ -22,17 +22,17 @@ std::span<const stillray_input_info> Inputs();
 /// \return nullptr if there is no such input
 const stillray_input_info* FindInput(std::string_view name);
 
-/// Whether the input holds whole numbers (STILLRAY_FORMAT_UINT32).
+/// Whether the input holds integers (STILLRAY_FORMAT_UINT32).
 bool IsId(std::string_view name);
 
 /// Copies the images into the frame; missing ones become empty. All images have the size
 /// frame->width x frame->height.
 void LoadFrame(const ImageMap& images, Frame* frame);
 
-/// The input "next_motion" of the same frame; empty if it is not given.
+/// The input "next_motion" of the frame; empty if not given.
 void LoadNextMotion(const ImageMap& images, const Frame& frame, Image2* motion);
 
-/// Puts images of one pixel in the place of those that are given: for counting memory.
+/// Replaces the given images by images of one pixel, for computing the memory need.
 void MarkImages(const ImageMap& images, Frame* shape);
 
 }  // namespace stillray::capi

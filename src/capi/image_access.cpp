@@ -15,15 +15,15 @@
 namespace stillray::capi {
 namespace {
 
-/// Beyond any address space, yet small enough that offsets of a picture do not overflow.
+/// Beyond any address space, yet small enough that offsets within an image do not overflow.
 constexpr ptrdiff_t kMaxStride = ptrdiff_t{1} << 44;
 
 ptrdiff_t BytesOf(int format) {
   return format == STILLRAY_FORMAT_HALF ? 2 : 4;
 }
 
-/// Whether two elements of the image share bytes: by ascending stride, each must step over all that
-/// lies within.
+/// Whether two elements of the image share bytes: in ascending order, each stride must exceed the
+/// extent of the smaller strides.
 bool Overlaps(const stillray_image& image) {
   struct Axis {
     ptrdiff_t stride;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Images described by strides: checks, and copies into and out of planes.
+/// Images described by strides: checks, and copies to and from planes.
 #pragma once
 
 #include <string_view>

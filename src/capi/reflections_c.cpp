@@ -15,7 +15,7 @@ Status IsMissing(const char* name) {
   return Status::InvalidArgument(fmt::format("image '{}' is not given", name));
 }
 
-/// The description with all strides; sizes are compared with those of `depth`, if it is given.
+/// The description with all strides set; sizes are compared with `depth`, if given.
 Status Understand(const stillray_image* given, const char* name, int channels, bool id,
                   const stillray_image* depth, stillray_image* image) {
   *image = *given;

@@ -22,7 +22,7 @@
 namespace stillray::capi {
 namespace {
 
-/// Polling interval of the progress callback: short for users, long for a processor.
+/// Polling interval of the progress callback: short for users, negligible load.
 constexpr std::chrono::milliseconds kPoll(4);
 /// Fractions of a frame's progress: reading inputs is negligible.
 constexpr double kFilteringEnds = 0.95;
@@ -168,7 +168,7 @@ Status Session::CheckInputSizes(Frame* frame, std::string* first_name) const {
   if (inputs_.empty()) {
     return Status::InvalidArgument("no input is set");
   }
-  // The first image in the order of the documentation sets the size: light, if there is any.
+  // The first image in the order of the documentation sets the size: a signal, if there is any.
   const stillray_image* first = nullptr;
   std::string name_of_first;
   for (const stillray_input_info& info : Inputs()) {
@@ -259,7 +259,7 @@ Status Session::Execute() {
   last_filter_ms_ = TotalMs(result_.timings);
   place_->arena.execute([&] { WriteOutputs(settings_); });
   ++index_;
-  // The frame is finished and its outputs are written: there is nothing left to cancel.
+  // The frame is finished and its outputs are written: too late to cancel.
   Report(1.0);
   return Status::Ok();
 }
@@ -294,7 +294,7 @@ Status Session::FilterWatched() {
   }
   Status status = filtering.get();
   if (!status.ok()) {
-    return status;  // rejected before anything was done
+    return status;  // rejected before any change
   }
   if (cancelled || !Report(kFilteringEnds)) {
     engine_.reset();  // half a frame is in its history
@@ -416,7 +416,7 @@ Status Session::MemoryNeed(stillray_memory_need* need) {
 Image1 Session::VarianceOfPicture(const Settings& settings) const {
   Image1 sum(frame_.width, frame_.height);
   const Guides& g = frame_.guides;
-  // The noise of channels is that of the same samples: their deviations add up, not their
+  // The channels' noise is fully correlated, from the same samples: standard deviations add up, not
   // variances.
   const bool channels = settings.signals == SignalGrouping::kChannels;
   for (const SignalGroup& group : GroupsOf(settings.signals, HasTransmission(frame_))) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The content of a stillray_denoiser: settings, descriptions of images, and the engine with its
-/// history.
+/// The implementation of a stillray_denoiser: settings, descriptions of images, and the engine with
+/// its history.
 #pragma once
 
 #include <memory>
@@ -41,7 +41,7 @@ class Session {
     settings_ = settings;
     settings_changed_ = true;
   }
-  /// Results available with the current settings.
+  /// Names of the outputs available with the current settings.
   std::vector<std::string> OutputNames() const { return OutputNames(settings_); }
 
   /// \param image  nullptr: remove it
@@ -78,8 +78,8 @@ class Session {
   Status Prepare();
   Status PrepareTwoWay();
   /// \param frame  receives the size of the inputs
-  /// \param first  if given: receives the quoted name of the input with which all others are
-  ///     compared
+  /// \param first  [out] optional: the quoted name of the input with which the sizes of all others
+  ///     are compared
   Status CheckInputSizes(Frame* frame, std::string* first = nullptr) const;
   /// \param expected  the frame's size, and its origin
   Status CheckOutputs(const Settings& settings, int width, int height,
@@ -91,7 +91,7 @@ class Session {
   Status Filter();
   /// Runs the engine on another thread while this one polls the callback.
   Status FilterWatched();
-  /// The same for a pushed frame that is ready.
+  /// As above, for a pushed frame that is ready.
   Status PullWatched();
   /// \return whether to continue
   bool Report(double fraction) const;
@@ -103,7 +103,7 @@ class Session {
   std::shared_ptr<Workplace> place_;
   Settings settings_;
   std::optional<Denoiser> engine_;
-  std::optional<TwoWayDenoiser> two_way_;  ///< of frames that are pushed
+  std::optional<TwoWayDenoiser> two_way_;  ///< of the pushed frames
   bool settings_changed_ = false;          ///< since two_way_ was created
   ImageMap inputs_;
   ImageMap outputs_;

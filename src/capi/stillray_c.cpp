@@ -21,7 +21,7 @@ struct stillray_denoiser {
       : session(std::move(place), settings) {}
   mutable stillray::capi::Occupancy occupancy;
   stillray::capi::Session session;
-  std::string message;                    ///< of the last call that failed
+  std::string message;                    ///< of the last failed call
   std::string value;                      ///< last result of get()
   std::string warning;                    ///< last result of warning()
   std::vector<std::string> output_names;  ///< owns the last results of output_name()
@@ -208,7 +208,7 @@ stillray_error stillray_device_create_on(uint32_t abi_version, int32_t threads, 
     }
     const Result<stillray::Device> opened = stillray::Device::Open(name);
     STILLRAY_RETURN_IF_ERROR(opened.status());
-    // More threads than processors are useless, and TBB would print a warning.
+    // More threads than processors have no benefit, and TBB would print a warning.
     const int processors = tbb::info::default_concurrency();
     const int count = threads != 0 ? std::min<int>(threads, processors) : processors;
     *device = new stillray_device{std::make_shared<stillray::capi::Workplace>(count, *opened)};

@@ -69,7 +69,7 @@ void Free(void* user, const VulkanMemoryBlock* block) {
   allocator.free(allocator.user, &in_c);
 }
 
-/// \param allocator  receives that of the context; must outlive what is made from the result
+/// \param allocator  [out] the context's allocator; must outlive objects created from the result
 VulkanContext ContextOf(const stillray_vulkan_context& c, stillray_vulkan_allocator* allocator) {
   VulkanContext context = {c.instance, c.physical_device, c.device, c.get_instance_proc_addr,
                            c.pipeline_cache};
@@ -129,7 +129,7 @@ VulkanFrame FrameOf(const stillray_vulkan_frame& f) {
   return frame;
 }
 
-/// Refuses images that only later versions know.
+/// Rejects images of slots that only later versions define.
 Status CheckSlots(const stillray_vulkan_frame& frame) {
   for (int slot = STILLRAY_VULKAN_SLOT_COUNT; slot < STILLRAY_VULKAN_SLOT_ROOM; ++slot) {
     if (frame.images[slot].view != VK_NULL_HANDLE) {
@@ -141,7 +141,7 @@ Status CheckSlots(const stillray_vulkan_frame& frame) {
   return Status::Ok();
 }
 
-/// Empty while another thread is at work on the denoiser.
+/// Empty while another call on the denoiser is running.
 std::vector<StageTime> TimesOf(const stillray_vulkan_denoiser* denoiser) {
   std::vector<StageTime> times;
   if (denoiser != nullptr && denoiser->occupancy.Enter()) {
@@ -156,8 +156,8 @@ stillray_error WithDenoiser(stillray_vulkan_denoiser* denoiser, const Body& body
   return WithObject(denoiser, [&] { return body(&*denoiser->denoiser); });
 }
 
-/// Common to both functions that take options. \param allocator  receives that of the context; must
-///     outlive what is made from it
+/// Common to both functions that take options. \param allocator  [out] the context's allocator;
+/// must outlive objects created from the result
 Status Read(const stillray_vulkan_context* context, const stillray_vulkan_options* options,
             stillray_vulkan_allocator* allocator, VulkanContext* context_out,
             VulkanOptions* options_out) {

@@ -17,7 +17,7 @@ namespace stillray {
 void AppendBase64(std::string_view bytes, std::string* out);
 
 /// \param text  with or without padding
-/// \return kBadData that says which character is wrong, or that the text is cut short
+/// \return kBadData naming the invalid character, or if the text is truncated
 Result<std::vector<uint8_t>> DecodeBase64(std::string_view text);
 
 }  // namespace stillray

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Motion of a still scene under a moving camera, from the camera's matrices.
+// Motion of static surfaces under a moving camera, from the camera's matrices.
 #include "core/cameras.h"
 
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace stillray {
 namespace {
 
-/// Stored are matrices for row vectors; the transpose applies to column vectors.
+/// The stored matrices are for row vectors; the transpose is for column vectors.
 glm::dmat4 ForColumns(const std::array<double, 16>& m) {
   glm::dmat4 result;
   for (int i = 0; i < 4; ++i) {
@@ -27,7 +27,7 @@ glm::dmat4 ForColumns(const std::array<double, 16>& m) {
   return result;
 }
 
-/// Its inverse.
+/// The inverse of ForColumns.
 std::array<double, 16> ForRows(const glm::dmat4& matrix) {
   std::array<double, 16> entries{};
   for (int i = 0; i < 4; ++i) {
@@ -51,13 +51,13 @@ glm::dvec2 Device(const glm::dmat4& matrix, const glm::dvec4& point) {
   return glm::dvec2(p) / p.w;
 }
 
-/// The standard defines coordinates 0 to 1 from the upper left corner and a camera that looks along
-/// +z. Renderers also write -1 to 1 with y up, and cameras that look along -z. The viewing axis,
-/// which projects to the middle of the picture or near it, distinguishes them.
+/// OpenEXR defines coordinates 0 to 1 from the upper left corner and a camera that looks along +z.
+/// Renderers also write -1 to 1 with y up, and cameras that look along -z. The viewing axis, which
+/// projects near the image centre, distinguishes these conventions.
 Projection Understand(const glm::dmat4& matrix, bool is_standard, int width, int height) {
   Projection p;
   p.matrix = matrix;
-  // Without perspective the order of depths determines the sign.
+  // Without perspective the sign is that of the depth row.
   const double along = matrix[2][3] != 0 ? matrix[2][3] : matrix[2][2];
   p.z_sign = along < 0 ? -1.0 : 1.0;
   const glm::dvec2 middle = Device(matrix, {0, 0, p.z_sign, 1});
@@ -93,7 +93,7 @@ glm::dmat4 CameraToDevice(const CameraMatrices& camera) {
   return ForColumns(camera.world_to_ndc) * glm::inverse(ForColumns(camera.world_to_camera));
 }
 
-/// Whether the distance along the viewing axis alone divides device coordinates.
+/// Whether w depends only on the distance along the viewing axis.
 bool DividesByDepth(const glm::dmat4& to_device) {
   constexpr double kRounding = 1e-6;
   const double by_depth = kRounding * std::abs(to_device[2][3]);
@@ -110,7 +110,7 @@ glm::dmat4x3 WithoutZ(const glm::dmat4& m) {
   return rows;
 }
 
-/// From device coordinates to the places of CameraMotion.
+/// From device coordinates to the positions of CameraMotion.
 glm::dmat3 ToPicture(const Projection& p, int width, int height) {
   const double unit = 2.0 / width;
   glm::dmat3 m(1.0);
@@ -194,7 +194,7 @@ CameraMatrices MatricesOf(const std::array<double, 16>& world_to_camera,
                           const std::array<double, 16>& projection) {
   const glm::dmat4 to_camera = glm::transpose(ForColumns(world_to_camera));
   const glm::dmat4 to_clip = glm::transpose(ForColumns(projection));
-  // From clip space to the standard's coordinates, from 0 to 1 from the upper left corner.
+  // From clip space to OpenEXR's coordinates, 0 to 1 from the upper left corner.
   const bool y_down = to_clip[1][1] < 0;
   glm::dmat4 to_standard(1.0);
   to_standard[0][0] = 0.5;
@@ -210,7 +210,7 @@ double FocalPixels(const CameraMatrices& camera, int width, int height) {
   if (std::abs(to_device[2][3]) < 1e-9) {
     return 0;
   }
-  // One unit up at a distance of one unit.
+  // Projects a point one unit up at a distance of one unit.
   const glm::dvec2 middle = Device(p.matrix, {0, 0, p.z_sign, 1});
   const glm::dvec2 above = Device(p.matrix, {0, 1, p.z_sign, 1});
   const double pixels = std::abs((above.y - middle.y) * p.scale.y);
@@ -259,7 +259,7 @@ Image2 MotionFromCameras(const Image1& depth, const CameraMatrices& now,
             Unproject(here, (pixel - here.offset) / here.scale, here.z_sign * z);
         const glm::dvec4 seen = to_other * point;
         const glm::dvec2 moved = glm::dvec2(seen) / seen.w * there.scale + there.offset - pixel;
-        // Behind the other camera, or invalid matrices: outside the picture.
+        // Behind the other camera, or invalid matrices: outside the image.
         constexpr double kFar = 1e6;
         const bool in_front = seen.w > 0 && std::fabs(moved.x) < kFar && std::fabs(moved.y) < kFar;
         motion[0](x, y) = in_front ? static_cast<float>(moved.x) : 2.0f * static_cast<float>(width);

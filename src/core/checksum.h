@@ -16,8 +16,8 @@ inline constexpr uint64_t kEmptyChecksum = 0xcbf29ce484222325u;
 
 /// FNV-1a over words of eight bytes in the machine's byte order. Changing a single word always
 /// changes the result.
-/// \param sum  checksum of the preceding bytes. Splitting a range gives the same sum only where
-///     every part but the last is a multiple of eight bytes.
+/// \param sum  checksum of the preceding bytes. Splitting a range gives an equal sum only if every
+///     part but the last is a multiple of eight bytes.
 inline uint64_t AddToChecksum(std::span<const uint8_t> bytes, uint64_t sum = kEmptyChecksum) {
   for (size_t at = 0; at < bytes.size(); at += sizeof(uint64_t)) {
     uint64_t word = 0;

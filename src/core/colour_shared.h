@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Colour formulas shared by all modules. The tests hold values worked out by hand for each.
+// Colour formulas shared by all modules. Each is tested against values computed by hand.
 #ifndef STILLRAY_CORE_COLOUR_SHARED_H
 #define STILLRAY_CORE_COLOUR_SHARED_H
 
@@ -16,13 +16,13 @@ SHARED_FN float Luminance709(float r, float g, float b) {
   return 0.2126f * r + 0.7152f * g + 0.0722f * b;
 }
 
-// Rec. 601 luma weights, as PSVGF (section 4.2) prints them.
+// Rec. 601 luma weights, as printed in PSVGF (section 4.2).
 SHARED_FN float Luminance601(float r, float g, float b) {
   return 0.299f * r + 0.587f * g + 0.114f * b;
 }
 
-// Green of a colour given as (luminance, red, blue). All filters are linear, so they can work in
-// that basis, where the luminance needs no computation.
+// Green of a colour given as (luminance, red, blue). All filters are linear, so they can run in
+// this basis, where the luminance is a channel.
 SHARED_FN float Green709(float l, float r, float b) {
   return max((l - 0.2126f * r - 0.0722f * b) / 0.7152f, 0.0f);
 }
@@ -30,8 +30,8 @@ SHARED_FN float Green601(float l, float r, float b) {
   return max((l - 0.299f * r - 0.114f * b) / 0.587f, 0.0f);
 }
 
-// Divisors of light are at least this large: a smaller reflectance would only amplify rounding
-// errors and fireflies. Multiplying by the same clamped value restores the input.
+// Minimum divisor in demodulation: a smaller reflectance would only amplify rounding errors and
+// fireflies. Remodulation with the same clamped value restores the input.
 const float kAlbedoFloor = 0.01f;
 
 SHARED_FN float Demodulate(float radiance, float albedo) {

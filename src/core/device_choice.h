@@ -16,7 +16,7 @@ namespace stillray {
 
 inline Status UnknownDeviceChoice(const std::string& choice) {
   constexpr std::string_view kChoices[] = {"auto", "cpu", "vulkan"};
-  // One letter away from cpu, but not meant by it.
+  // One letter away from "cpu", but no misspelling of it.
   const bool gpu = choice == "gpu" || choice == "GPU";
   return Status::InvalidArgument(
       fmt::format("device is '{}', expected auto, cpu, vulkan or vulkan:N{}", choice,

@@ -7,7 +7,7 @@
 namespace stillray {
 namespace {
 
-/// Whether no channel is given. A single missing channel is an error, not an image left out.
+/// Whether no channel is given. A single missing channel is an error.
 template <int N>
 bool IsLeftOut(const Planes<float, N>& planes) {
   return std::all_of(planes.channel.begin(), planes.channel.end(),

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Formulas of reflections whose hit distance is given: see stillray/reflections.h.
+// Formulas for reflections with known hit distance: see stillray/reflections.h.
 #ifndef STILLRAY_CORE_HIT_DISTANCE_SHARED_H
 #define STILLRAY_CORE_HIT_DISTANCE_SHARED_H
 
@@ -13,8 +13,8 @@
 
 SHARED_BEGIN
 
-// What the camera's matrices say about the pixels of a frame. Places p are relative to the centre
-// of the picture, 1 at its left and right side, y down.
+// Camera parameters of a frame. Positions p are relative to the image centre, in units of half the
+// width, y down.
 SHARED_BLOCK(HitCamera) {
   // The ray through p passes through (x, y) = ray (p, 1) at a depth of 1, in any two axes at right
   // angles to the viewing axis.
@@ -24,8 +24,9 @@ SHARED_BLOCK(HitCamera) {
   float ray_y_x;
   float ray_y_y;
   float ray_y_1;
-  // The point seen at p at the depth z was at (x, y) / w one frame ago, (x, y, w) = (p, 1) + move
-  // (p, 1, 1 / z): see CameraMotion. The difference from no motion keeps its precision in floats.
+  // The point visible at p at the depth z was at (x, y) / w one frame ago, (x, y, w) = (p, 1) +
+  // move (p, 1, 1 / z): see CameraMotion. The difference from the identity keeps its precision in
+  // floats.
   float move_x_x;
   float move_x_y;
   float move_x_1;
@@ -42,17 +43,17 @@ SHARED_BLOCK(HitCamera) {
   int height;
 };
 
-// Hit distances from here on are those of the sky.
+// Hit distances from this value on are the sky.
 const float kHitOfSky = 1e9f;
 
-// Depth of the image of the sky.
+// Depth of the virtual image of the sky.
 #ifdef __cplusplus
 const float kDepthOfSky = std::numeric_limits<float>::infinity();
 #else
 #define kDepthOfSky uintBitsToFloat(0x7f800000u)
 #endif
 
-// Place of a pixel's centre.
+// Position of a pixel's centre.
 SHARED_FN vec2 PlaceOfPixel(HitCamera c, int x, int y) {
   float scale = 2.0f / float(c.width);
   return vec2((float(x) + 0.5f - 0.5f * float(c.width)) * scale,
@@ -66,8 +67,8 @@ SHARED_FN float CosineOfRay(HitCamera c, vec2 p) {
   return 1.0f / sqrt(1.0f + x * x + y * y);
 }
 
-// View-space z of the image: of the point on the pixel's ray that is as far away as the surface and
-// the reflected ray together are long. 0, no image, where there is no surface or no hit.
+// View-space z of the virtual image: of the point on the pixel's ray at the distance of the camera
+// ray plus the reflected ray. 0, no virtual image, if there is no surface or no hit.
 SHARED_FN float DepthOfHit(float depth, float hit, float cosine) {
   if (!(depth > 0.0f) || !(depth < kHitOfSky) || !(hit > 0.0f)) {
     return 0.0f;
@@ -75,7 +76,7 @@ SHARED_FN float DepthOfHit(float depth, float hit, float cosine) {
   return hit >= kHitOfSky ? kDepthOfSky : depth + hit * cosine;
 }
 
-// Motion of the image in pixels. Out of the picture where it was behind the camera.
+// Motion of the virtual image in pixels. Points outside the image if it was behind the camera.
 SHARED_FN vec2 MotionOfHit(HitCamera c, vec2 p, float depth) {
   float nearness = depth < kHitOfSky ? 1.0f / depth : 0.0f;
   float x = c.move_x_x * p.x + c.move_x_y * p.y + c.move_x_1 + c.move_x_z * nearness;

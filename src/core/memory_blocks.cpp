@@ -9,7 +9,7 @@
 namespace stillray {
 namespace {
 
-/// The smaller of two sizes, of which 0 stands for none.
+/// The smaller of two sizes, where 0 means no size.
 uint64_t SmallerOf(uint64_t a, uint64_t b) {
   return a == 0 || b == 0 ? std::max(a, b) : std::min(a, b);
 }

@@ -1,10 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Counts of the memory that holds pictures: planes on the CPU, images and buffers on devices. They
-/// are of the whole process. A block is what the system or the driver has given at once;
-/// allocations lie in blocks; ranges of a block between, before and behind its allocations are
-/// unused.
+/// Process-wide counts of image memory: planes on the CPU, images and buffers on devices. A block
+/// is a single allocation from the system or the driver; allocations lie in blocks; the ranges of a
+/// block outside its allocations are unused.
 #pragma once
 
 #include <cstddef>
@@ -33,8 +32,8 @@ struct MemoryBlocks {
 
 enum class MemoryPlace : uint8_t { kHost, kDevice };
 
-/// Counts the blocks of an owner until RemoveBlocks. Thread-safe, as all functions here.
-/// \param owner  unique among the owners that are counted
+/// Counts the blocks of an owner until RemoveBlocks. Thread-safe, as all functions of this file.
+/// \param owner  unique among the counted owners
 /// \throws std::bad_alloc
 void CountBlocks(const void* owner, MemoryPlace place, const MemoryBlocks& blocks);
 /// No effect for an owner that is not counted.

@@ -13,7 +13,7 @@ constexpr size_t kMostShown = 3;
 constexpr size_t kLongestName = 64;
 constexpr size_t kShortestBeginning = 3;
 
-/// The largest number of edits at which a name of this length counts as near.
+/// Maximum number of edits to a near name, for a name of this length.
 int MostEdits(size_t length) {
   return std::max(1, static_cast<int>(length) / 3);
 }

@@ -19,10 +19,10 @@ int EditDistance(std::string_view a, std::string_view b);
 
 /// ", did you mean sigma_l?" with the nearest names (up to three at equal distance), or an empty
 /// string if all need more than one edit per three characters of the name. A name that starts with
-/// `name` counts as near as well.
+/// `name` also counts as near.
 std::string DidYouMean(std::string_view name, std::span<const std::string_view> names);
 
-/// The same for any container of names.
+/// As above, for any container of names.
 template <typename Names>
 std::string DidYouMeanOneOf(std::string_view name, const Names& names) {
   const std::vector<std::string_view> views(std::begin(names), std::end(names));

@@ -16,7 +16,7 @@ namespace {
 
 using Histogram = std::array<uint32_t, STILLRAY_LIGHT_BINS>;
 
-/// The light to measure, and which pixels have samples.
+/// The radiance to measure, and the pixels with samples.
 struct Measured {
   std::array<const Image3*, kSignalKindCount> lights = {};
   int count = 0;
@@ -24,7 +24,7 @@ struct Measured {
   int stride = 1;
 };
 
-/// The brightest component of all light at a pixel; NaN if any component is not finite.
+/// The largest component of all radiance at a pixel; NaN if any component is not finite.
 float BrightestLight(const Measured& of, int x, int y) {
   float brightest = 0;
   for (int i = 0; i < of.count; ++i) {
@@ -56,7 +56,7 @@ float MeanLight(const Histogram& bins) {
     measured += count;
   }
   const uint32_t brightest = BrightestPixels(measured);
-  uint32_t waiting = 0;  // pixels that count as much as the next ones
+  uint32_t waiting = 0;  // brightest pixels, which count as the next one
   uint32_t passed = 0;
   int dimmest = 0;
   float sum = 0;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Parallel loops on the thread pool of oneTBB, which the ray tracer uses too. How work is divided
-/// among calls of `body` never depends on the number of threads, so results do not either.
+/// Parallel loops on the thread pool of oneTBB, which the ray tracer uses too. The partition of
+/// work into calls of `body` does not depend on the number of threads, so results do not either.
 #pragma once
 
 #include <functional>
@@ -12,7 +12,7 @@
 
 namespace stillray {
 
-/// Rows of a picture per task, unless there is a reason for more or fewer.
+/// Default number of image rows per task.
 inline constexpr int kRowsPerTask = 16;
 
 /// Calls body(y0, y1) for consecutive bands of at most `band` rows that cover 0..height.

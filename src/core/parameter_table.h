@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Members of a struct of settings as text, by the row that declares them. Numbers are decimal,
-/// flags on/off/true/false/1/0, choices their names.
+/// Conversion of the members of a settings struct to and from text, by their rows in a table.
+/// Numbers are decimal, flags on/off/true/false/1/0, choices their names.
 #pragma once
 
 #include <charconv>
@@ -35,11 +35,11 @@ ChoiceMember<S> Choice() {
           }};
 }
 
-/// A value with a notation of its own.
+/// A value with a syntax of its own.
 template <typename S>
 struct TextMember {
   std::string (*get)(const S&);
-  /// \return false if the text is no such value; the struct is then unchanged
+  /// \return false if the text is invalid; the struct is then unchanged
   bool (*set)(S*, std::string_view text, const Parameter&);
   std::string (*expected)(const Parameter&);
 };
@@ -59,16 +59,17 @@ bool ParseNumber(std::string_view text, T* out) {
   return true;
 }
 
-/// As ParseNumber, within the range of the row. A NaN is in no range.
+/// As ParseNumber, within the range of the row. NaN is out of range.
 bool ParseInRange(std::string_view text, const Parameter& info, float* out);
 bool ParseInRange(std::string_view text, const Parameter& info, int* out);
 bool ParseFlag(std::string_view text, bool* out);
-/// The spellings of a flag stand for the choices on and off, so that a flag can become a choice.
+/// The spellings of flags are accepted for choices named on and off, so that a flag can become a
+/// choice later.
 /// \return -1 if there is no such choice
 int FindChoice(std::string_view text, const Parameter& info);
 
 std::string NumberText(float value);
-/// The name of a choice; of a number that names none, the number.
+/// The name of a choice; for an invalid index, the number as text.
 std::string ChoiceText(int value, const Parameter& info);
 
 /// The declarations of all rows of a table, for listings. \tparam Rows  of structs with `info`
@@ -83,7 +84,7 @@ std::vector<Parameter> InfosOf(const Rows& rows) {
 
 /// "a number from 0 to 1", "on or off", ...; not for rows of a TextMember.
 std::string ExpectedText(const Parameter& info);
-/// "is 'VALUE', expected ...", to stand behind the name.
+/// "is 'VALUE', expected ...", to be appended to the name.
 std::string BadValueText(const Parameter& info, std::string_view value,
                          const std::string& expected);
 /// The parts of "name=value". \return kInvalidArgument with the text if it has no '='

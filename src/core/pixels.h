@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Loops over the pixels of a picture, and vectors of its planes.
+/// Loops over the pixels of an image, and vectors from its planes.
 #pragma once
 
 #include "core/parallel.h"
@@ -38,7 +38,7 @@ bool AnyPixel(const Plane<T>& plane, const Condition& condition) {
   return false;
 }
 
-/// The same of the values of all planes of an image.
+/// As above, for the values of all planes of an image.
 template <typename T, int N, typename Basis, typename Condition>
 bool AnyPixel(const Planes<T, N, Basis>& image, const Condition& condition) {
   for (const Plane<T>& plane : image.channel) {

@@ -28,14 +28,14 @@ namespace {
 /// Successive planes cycle through this many different offsets.
 constexpr size_t kPlaces = 64;
 
-/// Large and small planes are counted apart: a stage reads many planes of one size, and a few small
-/// ones made between those would else bring two of them to one place.
+/// Large and small planes are counted separately: a stage reads many planes of one size, and small
+/// planes allocated in between would else give two of them the same offset.
 size_t NextPlace(bool large) {
   static std::atomic<uint32_t> made[2] = {};
   return made[large ? 1 : 0].fetch_add(1, std::memory_order_relaxed) % kPlaces;
 }
 
-/// Offset from the start of a memory page, different for each place. Planes of a stage with the
+/// Offset from the start of a memory page, different for each index. Planes of a stage with the
 /// same offset map to the same L1 sets, where writes to one evict reads of another (three signals
 /// of the wavelet took 1.7 times as long).
 size_t SmallShift(size_t place) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text of files and command lines, made safe for messages.
+/// Text from files and command lines, made safe for messages.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace stillray {
 
-/// For one name in a message.
+/// Default limit for one name in a message, in bytes.
 inline constexpr size_t kMaxPrintedBytes = 200;
 
 /// The text with control characters (C0, DEL, and C1 in UTF-8) escaped as \n, \t or \x1b, so that a

@@ -16,22 +16,22 @@
 namespace stillray {
 namespace {
 
-/// Neighbours on one surface: relative difference of depth, cosine of normals.
+/// Tolerances of neighbours on one surface: relative difference of depth, cosine of normals.
 constexpr float kSameDepth = 0.05f;
 constexpr float kSameCosine = 0.9f;
-/// Relative difference of the depths of one image.
+/// Maximum relative difference of depth within one virtual image.
 constexpr float kSameImage = 0.03f;
 
 static_assert(sizeof(HitCamera) == 80, "push constants of the shader");
 
-/// From places in the picture to the same places, if nothing moved.
+/// The map of zero motion.
 const glm::dmat4x3& Still() {
   static const glm::dmat4x3 still(1.0);
   return still;
 }
 
-/// The map, scaled so that points in front of the camera have w > 0 and near 1: only the ratios
-/// matter. A camera that turned by a right angle has no w of 1.
+/// The map (homogeneous), scaled so that w is positive and near 1 in front of the camera. If the
+/// camera turned by a right angle, w cannot be normalised.
 glm::dmat4x3 Scaled(const glm::dmat4x3& map) {
   constexpr double kLeast = 1e-3;
   double most = 0;
@@ -91,7 +91,7 @@ bool IsSameImage(float a, float b) {
   return a == b || std::abs(a - b) < kSameImage * a;
 }
 
-/// Whether at least half of the neighbours on the same surface see what the pixel sees.
+/// Whether at least half of the neighbours on the same surface have the pixel's virtual image.
 bool IsSupported(const Guides& g, const Image1& images, int x, int y) {
   int neighbours = 0;
   int same = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Reflections whose hit distance is given: what the CPU and devices have in common.
+/// Reflections with known hit distance: the code common to CPU and devices.
 #pragma once
 
 #include "core/hit_distance_shared.h"

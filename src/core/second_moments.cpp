@@ -16,20 +16,20 @@ namespace {
 /// Of windows that may show several surfaces.
 constexpr int kRadius = 2;
 constexpr int kCoefficient[3] = {1, -2, 1};
-/// The neighbours of a pixel, and the directions of lines through it: the first four of them.
+/// The neighbours of a pixel; the first four are also the directions of lines through it.
 constexpr int kNeighbours = 8;
 constexpr int kDirections = 4;
 constexpr int kOffset[kNeighbours][2] = {{1, 0},  {0, 1},  {1, 1},   {1, -1},
                                          {-1, 0}, {0, -1}, {-1, -1}, {-1, 1}};
-/// Cosine between the normals of one smooth surface, and its largest second difference of inverse
-/// depth, relative to that.
+/// Minimum cosine between normals of one smooth surface, and maximum second difference of inverse
+/// depth, relative to the inverse depth.
 constexpr float kLeastCosine = 0.99f;
 constexpr float kMostCurvature = 0.005f;
-/// A pixel of so many samples counts for all of its own difference, of more for less: the mean of
-/// many samples is hardly ever far from the others by chance.
+/// Up to this many samples a pixel's own difference counts fully, with more samples less: the mean
+/// of many samples is rarely an outlier.
 constexpr float kSamplesOfOwn = 4;
 
-/// The luminance of light divided by its albedo; NaN where there is no sample or no surface.
+/// The luminance of demodulated radiance; NaN where there is no sample or no surface.
 Image1 Luminance(const Frame& frame, const Signal& signal) {
   const Image3& light = signal.radiance;
   const Image3& albedo = AlbedoOf(frame.guides, signal.kind);
@@ -46,11 +46,11 @@ Image1 Luminance(const Frame& frame, const Signal& signal) {
   return luminance;
 }
 
-/// Which pixels around each show its surface. Bit k: neighbour k does; bit kNeighbours + k: so do
-/// the two in direction k and opposite, and the three lie in a line.
+/// Bit mask of neighbours on the same surface, per pixel. Bit k: neighbour k; bit kNeighbours + k:
+/// the neighbours in direction k and opposite, with linear inverse depth over the three pixels.
 using Surroundings = Plane<uint16_t>;
 
-/// Whether both neighbours in direction k show the pixel's surface.
+/// Whether both neighbours in direction k are on the pixel's surface.
 bool HasPair(unsigned surroundings, int k) {
   const unsigned both = 1u << k | 1u << (k + kDirections);
   return (surroundings & both) == both;
@@ -71,7 +71,7 @@ bool HaveOneId(const Plane<uint32_t>& id, int x0, int y0, int x1, int y1) {
   return id.empty() || id(x0, y0) == id(x1, y1);
 }
 
-/// Whether two pixels show one surface, and in it an image of one.
+/// Whether two pixels are on one surface, with the same virtual image.
 bool AreAlike(const Guides& guides, const VirtualGuides& image, int x0, int y0, int x1, int y1) {
   if (!IsSurface(guides.depth(x0, y0)) || !IsSurface(guides.depth(x1, y1)) ||
       !HaveOneId(guides.id, x0, y0, x1, y1) || !HaveOneNormal(guides.normal, x0, y0, x1, y1)) {
@@ -87,7 +87,7 @@ bool AreAlike(const Guides& guides, const VirtualGuides& image, int x0, int y0, 
                                           HaveOneNormal(image.normal, x0, y0, x1, y1)));
 }
 
-/// 0 where there is no surface; empty if depth is.
+/// Inverse depth; 0 where there is no surface; empty if depth is empty.
 Image1 InverseOf(const Image1& depth) {
   Image1 inverse = depth;
   ForEachPixel(depth.width(), depth.height(), [&](int x, int y) {
@@ -96,8 +96,8 @@ Image1 InverseOf(const Image1& depth) {
   return inverse;
 }
 
-/// Whether inverse depth is linear over three pixels in a line. True where all are 0, or it is
-/// empty.
+/// Whether inverse depth is linear over three pixels in a line. True if all are 0, or if the plane
+/// is empty.
 bool IsStraight(const Image1& inverse, int x, int y, const int (&offset)[2]) {
   if (inverse.empty()) {
     return true;
@@ -113,7 +113,7 @@ Surroundings FindSurroundings(const Guides& guides, const VirtualGuides& image) 
   const int height = guides.depth.height();
   const Image1 inverse = InverseOf(guides.depth);
   const Image1 inverse_of_image = InverseOf(image.depth);
-  // Of the first four neighbours alone: what two pixels share is tested once.
+  // Only for the first four neighbours: each pair of pixels is tested once.
   Plane<uint8_t> first(width, height);
   ForEachPixel(width, height, [&](int x, int y) {
     unsigned bits = 0;
@@ -145,8 +145,8 @@ Surroundings FindSurroundings(const Guides& guides, const VirtualGuides& image) 
   return found;
 }
 
-/// The square of filtered light, and the variance of its root if a sample has the variance 1; a
-/// variance of 0 where a pixel is missing.
+/// The square of a filter's result, and the variance of the result for samples of variance 1; a
+/// variance of 0 if a pixel is missing.
 struct Residual {
   float square = 0;
   float variance = 0;
@@ -157,13 +157,13 @@ Residual Usable(float root, float variance) {
   return std::isfinite(square) && std::isfinite(variance) ? Residual{square, variance} : Residual();
 }
 
-/// The light of one signal, and its variance if a sample has the variance 1.
+/// The radiance of one signal, and its variance for samples of variance 1.
 struct MeanLight {
   Image1 luminance;  ///< NaN: missing
   const Image1& variance;
 };
 
-/// (1 -2 1) across and down. Not for pixels on the picture's edge.
+/// (1 -2 1) across and down. Not for pixels on the image border.
 Residual FilterBlock(const MeanLight& light, int x, int y) {
   float root = 0;
   float variance = 0;
@@ -201,7 +201,7 @@ Plane<Residual> FilterBlocks(const MeanLight& light) {
 
 constexpr float kUnknown = -1;
 
-/// The variance of a sample from 3x3 pixels of one smooth surface; kUnknown without such.
+/// The variance of a sample from 3x3 pixels of one smooth surface; kUnknown if there are none.
 float EstimateOnSurface(const MeanLight& light, const Residual& block, unsigned surroundings, int x,
                         int y) {
   const unsigned lines = surroundings >> kNeighbours;
@@ -220,7 +220,7 @@ float EstimateOnSurface(const MeanLight& light, const Residual& block, unsigned 
   return count > 0 ? sum / static_cast<float>(count) : kUnknown;
 }
 
-/// Those of the neighbours whose opposite one is among them too; all where none is.
+/// The neighbours whose opposite neighbour is in the set too; the whole set if there are none.
 unsigned Paired(unsigned neighbours) {
   const unsigned opposite = neighbours << kDirections | neighbours >> kDirections;
   const unsigned paired = neighbours & opposite;
@@ -243,8 +243,8 @@ Residual DifferenceFrom(const MeanLight& light, unsigned neighbours, int x, int 
                 light.variance(x, y) + variance / (count * count));
 }
 
-/// What a pixel's own difference from its neighbours on the surface estimates; 0 without any. Pairs
-/// of opposite ones, in which slopes cancel, where there are some.
+/// The estimate from a pixel's own difference to its neighbours on the surface; 0 without
+/// neighbours. Uses pairs of opposite neighbours, in which gradients cancel, if there are any.
 float EstimateByItself(const MeanLight& light, unsigned surroundings, int x, int y) {
   unsigned present = surroundings & ((1u << kNeighbours) - 1);
   Residual own = DifferenceFrom(light, Paired(present), x, y);
@@ -260,7 +260,7 @@ float EstimateByItself(const MeanLight& light, unsigned surroundings, int x, int
   return own.variance > 0 ? own.square / own.variance : 0.0f;
 }
 
-/// Calls body(i, j) for the pixels of the picture within kRadius of (x, y) in both directions.
+/// Calls body(i, j) for the pixels of the image within kRadius of (x, y) in both directions.
 template <typename T, typename Body>
 void ForWindow(const Plane<T>& picture, int x, int y, const Body& body) {
   for (int j = std::max(y - kRadius, 0); j <= std::min(y + kRadius, picture.height() - 1); ++j) {
@@ -270,7 +270,7 @@ void ForWindow(const Plane<T>& picture, int x, int y, const Body& body) {
   }
 }
 
-/// The mean of those estimates that are not kUnknown.
+/// The mean of the estimates other than kUnknown.
 struct KnownMean {
   float sum = 0;
   int count = 0;
@@ -301,7 +301,7 @@ float MeanAround(const Image1& estimates, int x, int y) {
   return mean.Value();
 }
 
-/// From 5x5 blocks, whatever they show; 0 where all miss a pixel.
+/// From 5x5 blocks of any surfaces; 0 if all blocks have a missing pixel.
 float EstimateAnyhow(const Plane<Residual>& blocks, int x, int y) {
   Residual sum;
   ForWindow(blocks, x, y, [&](int i, int j) {
@@ -339,7 +339,7 @@ Image1 EstimateVariance(const MeanLight& light, const Surroundings& surroundings
   return variance;
 }
 
-/// The virtual guides of light of this kind; empty for diffuse light.
+/// The virtual guides of signals of this kind; empty for diffuse signals.
 const VirtualGuides& ImageOf(const Frame& frame, SignalKind kind) {
   static const VirtualGuides kNone;
   switch (kind) {

@@ -3,8 +3,8 @@
 
 // Lets a header of formulas compile both as C++ and as GLSL. Such headers hold plain functions of
 // float, int, uint and vec2..vec4, marked SHARED_FN, and blocks of parameters, marked SHARED_BLOCK,
-// whose members are float, int, uint and such blocks. A block has the same bytes in C++ as in a
-// std140 uniform block, where structures begin at multiples of 16 bytes and fill them.
+// whose members are float, int, uint and parameter blocks. A block has the same bytes in C++ as in
+// a std140 uniform block, where structures begin at multiples of 16 bytes and fill them.
 #ifndef STILLRAY_CORE_SHARED_H
 #define STILLRAY_CORE_SHARED_H
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Names the file, option or part that an error is about.
+/// Adds the name of the file, option or part to an error message.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 namespace stillray {
 
 /// \param status  not ok
-/// \return the same code, and the message "prefix: message"
+/// \return the code of `status`, and the message "prefix: message"
 inline Status PrefixStatus(const std::string& prefix, const Status& status) {
   return {status.code(), prefix + ": " + status.message()};
 }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds albedo that is above 1, black where there is light, or stored non-linearly.
+// Finds albedo that is above 1, black at pixels with diffuse radiance, or stored non-linearly.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -20,11 +20,11 @@ constexpr float kSpecularAboveOne = 2.0f;
 /// Fraction of pixels above 1: a few overlapping closures exceed it. Clean: 0.
 constexpr double kMayBeAbove = 0.003;
 constexpr float kBlack = 1e-4f;
-/// Fraction of the pixels with diffuse light whose albedo is black. Clean: 0 measured.
+/// Fraction of the pixels with diffuse radiance whose albedo is black. Clean: 0 measured.
 constexpr double kMayBeBlack = 0.02;
 
-/// Where two albedos meet on one surface, light is proportional to albedo^exponent: 1 if the albedo
-/// is linear, about 2 if it is sRGB-encoded. Clean: 0.8 to 1.2 measured.
+/// Where two albedos meet on one surface, radiance is proportional to albedo^exponent: 1 if the
+/// albedo is linear, about 2 if it is sRGB-encoded. Clean: 0.8 to 1.2 measured.
 constexpr double kLinearExponent = 1.6;
 constexpr int kWindow = 8;
 constexpr int kLeastInClass = 8;
@@ -109,8 +109,8 @@ void AlbedoCheck::LookAbove(const Exhibit& now) {
   }
 }
 
-/// Uses diffuse light as stored: in files of renderers that divide by albedo, it is visible where
-/// albedo is zero.
+/// Uses diffuse radiance as stored: in files of renderers that divide by albedo, it is nonzero
+/// where albedo is zero.
 void AlbedoCheck::LookBlack(const Exhibit& now) {
   if (layout_->Find(Aov::kAlbedo) == nullptr || layout_->from_colour) {
     return;
@@ -144,7 +144,7 @@ void AlbedoCheck::LookBlack(const Exhibit& now) {
 void AlbedoCheck::LookExponent(const Exhibit& now) {
   const Frame& f = now.frame;
   if (layout_->light_is_divided || layout_->from_colour || layout_->Find(Aov::kAlbedo) == nullptr) {
-    return;  // the stored light does not depend on the albedo
+    return;  // the stored radiance does not depend on the albedo
   }
   Image1 light(f.width, f.height);
   double mean = 0;

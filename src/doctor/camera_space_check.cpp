@@ -3,8 +3,8 @@
 
 // Finds normals in camera space. Two conditions must hold: the stored normals equal those derived
 // from depth on flat surfaces (which are in camera space, up to the focal length), and the normals
-// of surfaces change from frame to frame. A camera that looks along a world axis meets the first
-// alone; a rotating object the second alone.
+// of surfaces change from frame to frame. A camera along a world axis satisfies only the first
+// condition; a rotating object only the second.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -22,14 +22,14 @@ constexpr int kReach = 3;  ///< pixels around a patch
 constexpr float kDegrees = 57.29578f;
 /// Three quarters of the patches agree within this angle.
 constexpr float kAligned = 2.5f;
-/// The mean of all patches' normals must be shorter than this, or they are too similar.
+/// The mean normal of all patches must be shorter than this, otherwise the normals are too similar.
 constexpr float kDiverse = 0.95f;
-/// A surface's normal turned by more than rounding (halves: 0.04 degrees).
+/// Minimum rotation of a surface's normal, above rounding (halves: 0.04 degrees).
 constexpr float kTurned = 0.07f;
-/// Fraction of the patches that turned. Static scenes in world space: below 0.06; in camera space
-/// 0.64 measured: the floor does not turn under a panning camera.
+/// Fraction of the patches with rotated normals. Static scenes in world space: below 0.06; in
+/// camera space 0.64 measured: the floor does not turn under a panning camera.
 constexpr double kMostTurned = 0.3;
-/// A larger turn means another surface.
+/// A larger rotation indicates another surface.
 constexpr float kOtherSurface = 8.0f;
 constexpr double kAgreement = 0.6;
 
@@ -140,7 +140,7 @@ void CameraSpaceCheck::Look(const Exhibit& now, const Exhibit* before) {
   }
   if (glm::length(mean) < kDiverse && seen >= kLeastPatches / 2) {
     const double part = static_cast<double>(turned) / static_cast<double>(seen);
-    // The fit takes longest, and matters only where normals turn.
+    // The fit is the slowest step, and matters only if normals rotate.
     pairs_.push_back(
         {now.number, part > kMostTurned ? Misalignment(patches, now.frame.width) : 180.0f, part});
   }

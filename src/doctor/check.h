@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The interface of the doctor's checks: each compares every frame with the previous one, keeps a
-/// few numbers, and concludes at the end. Thresholds are declared with their check, beside the
-/// values measured on clean and faulty sequences.
+/// The interface of the doctor's checks: each check compares every frame with the previous one,
+/// accumulates a few statistics, and concludes at the end. Thresholds are declared with their
+/// check, beside the values measured on clean and faulty sequences.
 #pragma once
 
 #include <algorithm>
@@ -27,7 +27,7 @@ struct Exhibit {
   const ExrImage* image = nullptr;  ///< of the newest frame only
   const AovLayout* layout = nullptr;
   Frame frame;
-  /// Luminance of all noisy light divided by its albedo; 0 where missing.
+  /// Luminance of all noisy radiance divided by its albedo; 0 where missing.
   Image1 light;
 };
 
@@ -44,7 +44,7 @@ class Verdict {
                        [&](const Finding& f) { return f.name.starts_with(prefix); });
   }
 
-  /// Whether a measure of that name is beyond its limit, also where that is no finding.
+  /// Whether a measure of that name exceeds its limit, even if that is not reported as a finding.
   bool Exceeds(std::string_view name) const {
     return std::any_of(report_->measures.begin(), report_->measures.end(),
                        [&](const Measure& m) { return m.name == name && m.broken; });
@@ -57,8 +57,8 @@ class Verdict {
 class Check {
  public:
   virtual ~Check() = default;
-  /// \param before  the frame whose number is one less, if present, of the same size, and neither a
-  ///     copy nor next to one; else nullptr
+  /// \param before  the frame with the preceding number, if it exists, has the same size, and is
+  ///     neither a copy nor adjacent to a copy; else nullptr
   virtual void Look(const Exhibit& now, const Exhibit* before) = 0;
   virtual void Conclude(Verdict* verdict) = 0;
 };
@@ -94,7 +94,7 @@ std::string MappingCure(const std::string& mapping);
 double MeanLight(const Exhibit& exhibit);
 /// A layer's plane as stored, as float; empty if the layout lacks the layer or component.
 Image1 StoredPlane(const Exhibit& exhibit, Aov aov, size_t component);
-/// The same for three components.
+/// As above, for three components.
 Image3 StoredColour(const Exhibit& exhibit, Aov aov);
 
 }  // namespace stillray::doctor

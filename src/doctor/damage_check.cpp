@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds invalid values (NaN, infinite, negative light, confidence outside 0 to 1), and missing
+// Finds invalid values (NaN, infinity, negative radiance, confidence outside 0 to 1), and missing
 // layers.
 #include <algorithm>
 #include <cmath>
@@ -18,11 +18,11 @@
 namespace stillray::doctor {
 namespace {
 
-/// The places of invalid values of one kind.
+/// The positions of invalid values of one kind.
 struct Places {
   std::vector<int64_t> frames;
   int64_t count = 0;
-  std::string layer;  ///< of the first
+  std::string layer;  ///< of the first position
   int64_t frame = 0;
   int x = 0;
   int y = 0;
@@ -50,8 +50,8 @@ bool IsLight(Aov aov) {
   return aov == Aov::kColour || aov >= Aov::kDirectDiffuse;
 }
 
-/// How far below zero light of a layer may lie: the denoiser's limit for rounding, relative to the
-/// layer or to all light of the frame; in lossy layers the ringing of the compression.
+/// The lower limit of radiance in a layer: the denoiser's limit for rounding, relative to the layer
+/// or to all radiance of the frame; in lossy layers the ringing of the compression.
 float NegativeLimit(const Exhibit& now, const AovSource& source, const Channel& channel,
                     float of_frame) {
   float limit = std::max(of_frame, NegativeLimitOf(StoredColour(now, source.aov)));
@@ -70,7 +70,7 @@ class DamageCheck : public Check {
   void Conclude(Verdict* verdict) override;
 
  private:
-  /// \param limit  how far below zero light may lie
+  /// \param limit  magnitude of the lowest valid radiance, >= 0
   void LookAt(const Exhibit& now, const AovSource& source, const Channel& channel, float limit);
 
   int64_t frames_ = 0;

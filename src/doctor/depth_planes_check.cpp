@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds depth that is not linear. In a perspective picture 1 / z is a linear function of the pixel
-// on every flat surface (the plane n . P = d with P = z (x / f, y / f, 1)). If it bends, the depth
-// is not z, and the conversion under which it does not bend identifies the kind.
+// Finds depth that is not linear. In a perspective image 1 / z is a linear function of the pixel
+// position on every flat surface (the plane n . P = d with P = z (x / f, y / f, 1)). If it bends
+// (is not linear), the depth is not z, and the conversion that makes it linear identifies the kind.
 #include <cmath>
 #include <utility>
 
@@ -21,25 +21,25 @@ constexpr int64_t kSamples = 30000;
 constexpr size_t kLeastTriples = 300;
 constexpr size_t kMostTriples = 4000;
 /// The ends of a triple differ by at least this many steps of the number format, so that rounding
-/// does not look like a bend. Renderers get all but the last two bits of a float right.
+/// is not measured as a bend. In renderers all but the last two bits of a float are correct.
 constexpr float kSteps = 200;
 constexpr float kHalfStep = 0x1p-11f;
 constexpr float kFloatStep = 0x1p-22f;
 /// Bend: second difference relative to the difference of the ends, of the steepest quarter of the
 /// lines. Clean depth of floats measured below 0.0001; other kinds 0.003 and more.
 constexpr double kLeastBend = 4e-4;
-/// Bend of depth of an unknown kind: all to one side, like a curve and unlike noise.
+/// Bend of depth of an unknown kind: to one side everywhere, like a curve and unlike noise.
 constexpr double kSurelyBent = 4e-3;
 constexpr double kOneSide = 0.9;
-/// The right kind bends less than this fraction of the given one.
+/// The bend of the correct kind is below this fraction of the bend of the given kind.
 constexpr double kFarLess = 0.2;
-/// The same for kinds with a fitted parameter, which can imitate other curves. True ones: 0.0004
-/// and 0.013.
+/// The limit for kinds with a fitted parameter, which can imitate other curves. Correct kinds:
+/// 0.0004 and 0.013.
 constexpr double kFarLessFitted = 0.04;
 constexpr double kAgreement = 0.7;
 
-/// Stored values at the ends and the middle of a flat line, and their distances from the centre of
-/// the picture.
+/// Stored values at the ends and the middle of a flat line, and their distances from the image
+/// centre.
 struct Triple {
   std::array<float, 3> stored{};
   std::array<float, 3> depth{};   ///< converted to linear depth
@@ -124,8 +124,8 @@ struct Judged {
   double parameter = 0;
   double median = 0;  ///< stored
   double largest = 0;
-  double below = 0;  ///< median stored in the lower third of the picture
-  double above = 0;  ///< median stored in the upper third
+  double below = 0;  ///< median of stored values in the lower third of the image
+  double above = 0;  ///< median of stored values in the upper third
 };
 
 double MedianOfRows(const Image1& image, int y0, int y1) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds depth that is wrong for any surfaces: constant, not positive, between 0 and 1; and depth of
-// the background.
+// Finds depth that is wrong for any surface: constant, not positive, or between 0 and 1; and finite
+// depth of the background.
 #include <cmath>
 #include <map>
 
@@ -18,7 +18,7 @@ namespace {
 /// Fraction of pixels; single ones may be wrong.
 constexpr double kNotPositive = 0.005;
 constexpr double kBackground = 0.005;
-/// Background has one value; pixels that lack a normal for other reasons have many.
+/// Background has a single value; pixels without a normal for other reasons have many.
 constexpr double kOneValue = 0.9;
 constexpr double kAgreement = 0.7;
 

@@ -101,8 +101,8 @@ uint64_t HashOf(const void* data, size_t size, uint64_t hash) {
   return hash;
 }
 
-/// Hash of the bits of all channels but motion: a copied frame may have new motion, and only equal
-/// light proves a copy.
+/// Hash of the bits of all channels except motion: a copied frame may have new motion, and only
+/// equal radiance proves a copy.
 uint64_t HashOf(const ExrImage& image, const AovLayout& layout) {
   uint64_t hash = 0xcbf29ce484222325ull;
   for (const AovSource& source : layout.sources) {
@@ -272,8 +272,8 @@ void DoctorImpl::LookAt(int64_t number, const std::string& name, const ExrImage&
   now.layout = &*layout_;
   now.light = LightOf(frame);
   now.frame = std::move(frame);
-  // A copied frame replaces a missing one, and the motion of its neighbours leads to the missing
-  // one.
+  // A copied frame replaces a missing frame, and the motion of adjacent frames points to the
+  // missing frame.
   const bool paired = before_ && before_->number + 1 == number && !repeated && !before_is_copy_;
   for (const std::unique_ptr<Check>& check : checks_) {
     check->Look(now, paired ? &*before_ : nullptr);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds an exposure that was multiplied in: light that changes everywhere by the same factor from
-// one frame to the next.
+// Finds a baked-in exposure: radiance that changes everywhere by the same factor from one frame to
+// the next.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -22,11 +22,11 @@ constexpr float kSameSurface = 0.1f;
 /// Smallest factor (as a logarithm) that is reported. Clean sequences: below 0.02 under static
 /// lamps, 0.08 under several that move by a quarter of a second from frame to frame.
 constexpr double kLeastChange = 0.14;
-/// Median deviation of the blocks' factors from the common one, relative to it: a lamp that moves
-/// or is dimmed changes some blocks and not others. Planted: 0.1.
+/// Median relative deviation of the blocks' factors from the common factor: a lamp that moves or is
+/// dimmed changes only some blocks. Planted: 0.1.
 constexpr double kEven = 0.35;
 
-/// Mean of unfiltered light: if it is constant, so is the exposure.
+/// Mean of unfiltered radiance: if it is constant, the exposure is constant too.
 double UnfilteredLight(const Frame& frame) {
   double sum = 0;
   for (const Image3* image : {&frame.emission, &frame.background}) {
@@ -57,10 +57,10 @@ class ExposureCheck : public Check {
   std::vector<Pair> pairs_;
 };
 
-/// Logarithms of the ratio of light now to light before, block by block, on surfaces visible in
-/// both.
+/// Logarithms of the ratio of radiance now to radiance before, per block, on surfaces visible in
+/// both frames.
 /// \param limit_now, limit_before  clamp of bright samples: the same multiple of the mean in both
-///     pictures, so that a common factor cancels
+///     frames, so that a common factor cancels
 std::vector<double> BlockChanges(const Exhibit& now, const Exhibit& before, float limit_now,
                                  float limit_before) {
   const Features a(now);

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds random first hits: behind a lens, in fog, and on half transparent surfaces, the guides of a
-// pixel are those of its ray's random hit in this frame. Judged block by block, since often a
-// single object is concerned.
+// Finds random first hits: behind a lens, in fog, and on partially transparent surfaces, the guides
+// of a pixel belong to a random hit of this frame. Evaluated per block, since often a single object
+// is affected.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -21,22 +21,22 @@ namespace {
 constexpr int kBlock = 16;
 /// Smallest detail that counts: above the rounding of halves. Albedo; relative 1 / depth.
 constexpr float kDetail[2] = {0.01f, 0.003f};
-/// Larger steps are clamped to this, so that single edges do not outweigh noise.
+/// Clamp of larger differences, so that single edges do not outweigh noise.
 constexpr float kLargest = 0.25f;
 /// A block of albedo is random if this fraction of its pixels differs from the neighbours in both
 /// directions, if the differences do not recur in the previous frame along the motion, and if they
-/// are white: as large to the next pixel as to the one after. Measured in Cycles at 1 spp: lens at
-/// f/0.3 0.5 to 0.7, correlation below 0.12, ratio 0.95 to 1.02; alpha 0.3 to 0.8 likewise; fog
-/// 0.45 to 0.7. Clean: textures and leaves have detail 0.8, but ratio 0.3 to 0.7 or correlation 0.2
-/// and more; joints thinner than a pixel ratio 0.9 and correlation 0, but detail below 0.38.
+/// are white noise: as large at a distance of one pixel as at two. Measured in Cycles at 1 spp:
+/// lens at f/0.3 0.5 to 0.7, correlation below 0.12, ratio 0.95 to 1.02; alpha 0.3 to 0.8 likewise;
+/// fog 0.45 to 0.7. Clean: textures and leaves have detail 0.8, but ratio 0.3 to 0.7 or correlation
+/// 0.2 and more; joints thinner than a pixel ratio 0.9 and correlation 0, but detail below 0.38.
 constexpr double kAlbedoDetail = 0.45;
 constexpr double kAlbedoStays = 0.12;
 constexpr double kLeastWhite = 0.85;
 constexpr double kMostWhite = 1.2;
-/// A texture finer than a pixel is as random where samples are jittered (the floor of
-/// builtin:spheres in 10 % of the blocks). But no texture reflects more than 1: where a path passes
-/// through a surface at random, its throughput is weighted up, and some albedo, the specular one
-/// most often, is above 1 in 10 % of the pixels and more.
+/// A texture finer than a pixel is equally random if samples are jittered (the floor of
+/// builtin:spheres in 10 % of the blocks). But no texture reflects more than 1: if paths pass
+/// through a surface at random, their throughput is weighted up, and some albedo, usually the
+/// specular one, is above 1 in 10 % of the pixels or more.
 constexpr float kAboveOne = 1.02f;
 constexpr double kMayBeAbove = 0.01;
 /// Smallest fraction of the pixels above 1 that lie in random blocks: a gain of albedo is above 1
@@ -48,11 +48,11 @@ constexpr double kDepthStays = 0.15;
 /// Fraction of the blocks. Clean: 0 measured.
 constexpr double kMayBeRandom = 0.03;
 constexpr int64_t kLeastBlocks = 2;
-/// A single guide that is random in this many blocks is noisy itself (light in albedo, rounded
-/// depth), which is another finding. A random hit affects all guides.
+/// If a single guide is random in this many blocks, the guide itself is noisy (radiance in albedo,
+/// rounded depth), which is another finding. A random hit affects all guides.
 constexpr double kEverywhere = 0.7;
-/// Fraction of the pixels in random blocks without a surface from which a volume or hair is the
-/// cause.
+/// Fraction of pixels without a surface in random blocks from which on the cause is a volume or
+/// hair.
 constexpr double kHoles = 0.03;
 /// Samples per pixel from which on random guides cost about 1 dB at most (docs/inputs.md).
 constexpr double kManySamples = 16;
@@ -147,7 +147,7 @@ struct BlockSums {
     return albedo.Part() > kAlbedoDetail && albedo.Stays() < kAlbedoStays &&
            albedo.White() > kLeastWhite && albedo.White() < kMostWhite;
   }
-  /// Noise that no texture explains.
+  /// Noise that cannot be texture.
   bool RandomColour() const {
     return RandomAlbedo() && static_cast<double>(above) > kMayBeAbove * static_cast<double>(pixels);
   }
@@ -244,8 +244,8 @@ void FirstHitCheck::Look(const Exhibit& now, const Exhibit* before) {
   frames_.push_back(now.number);
 }
 
-/// \param holes  whether rays that meet no surface are among the random ones. Where a file has the
-///     light of volumes, importing has completed the guides of smoke.
+/// \param holes  whether random rays include rays without a surface. For files with volume
+///     radiance, the import has filled in the guides of smoke.
 std::string FirstHitCheck::BlenderCure(bool holes, bool albedo_alone) const {
   const std::string more =
       fmt::format("Render > Sampling > Max Samples of {:.0f} or more", kManySamples);
@@ -273,7 +273,7 @@ std::string FirstHitCheck::BlenderCure(bool holes, bool albedo_alone) const {
       more);
 }
 
-/// \param part        fraction of the picture
+/// \param part        fraction of the image
 /// \param depth_part  fraction of the random blocks whose depth is random
 /// \param holes       fraction of their pixels without a surface
 /// \param x, y        their centre, pixels
@@ -308,7 +308,7 @@ Finding FirstHitCheck::MakeFinding(double part, double depth_part, double holes,
 }
 
 void FirstHitCheck::Conclude(Verdict* verdict) {
-  // With wrong motion nothing matches; depth of another kind bends everywhere.
+  // With wrong motion nothing matches; depth of another kind is nonlinear everywhere.
   if (frames_.empty() || blocks_.empty() || verdict->Has("motion_") || verdict->Has("depth_")) {
     return;
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds noise in guides: detail almost everywhere that does not move with the surfaces. And ids
-// that change.
+// Finds noise in guides, i.e. detail almost everywhere that does not move with the surfaces, and
+// ids that change.
 #include <array>
 #include <cmath>
 
@@ -18,12 +18,13 @@ namespace {
 constexpr int64_t kSamples = 40000;
 /// Smallest detail that counts: above the rounding of halves and of 8 bits.
 constexpr float kDetail[3] = {0.006f, 0.01f, 0.003f};  // albedo, normal, relative 1 / depth
-/// More than this multiple of it is an edge or strong texture, and would outweigh all noise.
+/// Detail above this multiple of kDetail is an edge or strong texture, and would outweigh all
+/// noise.
 constexpr float kEdge = 6.0f;
 /// Fraction of the pixels with detail. Clean sequences: at most 0.42 (a tiled, bricked room) and
-/// 0.68 (a floor of fine texture all over the picture); plain surfaces have none.
+/// 0.68 (a floor of fine texture that fills the image); plain surfaces have none.
 constexpr double kEverywhere = 0.85;
-/// Correlation of the detail with that of the previous frame, along the motion. Texture: 0.5 and
+/// Correlation of the detail of this and the previous frame, along the motion. Texture: 0.5 and
 /// more, 0.25 where jittered samples fall on other texels every time; noise: below 0.02.
 constexpr double kStays = 0.08;
 constexpr double kAgreement = 0.7;
@@ -35,7 +36,7 @@ float FiniteOr0(float v) {
   return std::isfinite(v) ? v : 0.0f;
 }
 
-/// The difference of a pixel from the mean of its neighbours.
+/// The difference between a pixel and the mean of its neighbours.
 std::array<float, 3> Detail(const Image3& image, int x, int y) {
   std::array<float, 3> d{};
   for (int c = 0; c < 3; ++c) {
@@ -47,7 +48,7 @@ std::array<float, 3> Detail(const Image3& image, int x, int y) {
 }
 
 /// For depth: the deviation of 1 / z from linear, which it is on every flat surface; the smaller of
-/// the two directions, as edges bend one.
+/// the two directions, as an edge affects only one direction.
 std::array<float, 3> Detail(const Image1& depth, int x, int y) {
   const auto w = [&](int px, int py) { return 1.0f / depth(px, py); };
   const float across = 0.5f * (w(x - 1, y) + w(x + 1, y)) / w(x, y) - 1;
@@ -135,7 +136,7 @@ void GuideNoiseCheck::Look(const Exhibit& now, const Exhibit* before) {
 void GuideNoiseCheck::Conclude(Verdict* verdict) {
   for (int guide = 0; guide < 3; ++guide) {
     const std::vector<Pair>& pairs = pairs_[guide];
-    // Wrong values bend and jump for reasons that other findings already name.
+    // Wrong values are nonlinear and discontinuous for reasons covered by other findings.
     if (pairs.empty() || verdict->Has("motion_") || verdict->Exceeds("random_blocks") ||
         verdict->Has(fmt::format("{}_", kNames[guide]))) {
       continue;

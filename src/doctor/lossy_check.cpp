@@ -15,7 +15,7 @@
 namespace stillray::doctor {
 namespace {
 
-/// This many layers are named; the others are counted.
+/// Maximum number of layers named in the message; further layers are counted.
 constexpr size_t kNamed = 4;
 
 class LossyCheck : public Check {

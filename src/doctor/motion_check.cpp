@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds motion whose convention differs from the one assumed: the previous frame, warped by the
-// motion, is compared with this one under every alternative. The comparison uses guides, which do
-// not change as a surface moves.
+// Finds motion whose convention differs from the assumed one: the previous frame, warped by the
+// motion, is compared with this frame under every alternative convention (reading). The comparison
+// uses guides, which do not change as a surface moves.
 #include <cmath>
 #include <map>
 
@@ -17,19 +17,19 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 20000;
-/// Two readings are compared where they differ by this many pixels: well above the tolerance of one
-/// pixel that comparing with four neighbours has.
+/// Minimum difference of two readings, in pixels, at compared pixels: well above the tolerance of
+/// one pixel of a comparison with four neighbours.
 constexpr float kApart = 1.5f;
-/// Smallest fraction of the sampled pixels in which they must differ so.
+/// Minimum fraction of the sampled pixels with that difference.
 constexpr double kLeastPart = 0.01;
-/// The right reading explains the picture: its distance is below this fraction of the wrong one's.
-/// Clean sequences measured 1.6 and more (the alternative is worse); planted faults below 0.3.
+/// Maximum ratio of the distance of the correct reading to that of the wrong one. Clean sequences
+/// measured 1.6 and more (the alternative is worse); planted faults below 0.3.
 constexpr double kFarBetter = 0.55;
-/// Smallest distance of a wrong reading; noise of guides is lower.
+/// Minimum distance of a wrong reading; the noise of guides is lower.
 constexpr double kLeastDistance = 0.01;
 /// Fraction of the pairs of frames that must agree.
 constexpr double kAgreement = 0.7;
-/// Readings within this factor of the best explain equally much; the simplest of them is reported.
+/// Readings within this factor of the best are equivalent; the simplest of them is reported.
 constexpr double kTie = 1.02;
 
 enum class Unit : uint8_t { kSame, kFraction, kNdc, kPixels, kPixelsFromNdc };
@@ -45,7 +45,7 @@ struct Reading {
   bool given() const {
     return unit == Unit::kSame && scale == 1 && !swap && sign_x == 1 && sign_y == 1;
   }
-  /// Number of changes: of readings that explain equally much, the simplest is right.
+  /// Number of changes: of equivalent readings, the one with the fewest is chosen.
   int Steps() const {
     return (unit != Unit::kSame) * 2 + (scale != 1) * 2 + swap * 2 + (sign_x < 0 || sign_y < 0) +
            (scale == 0) * 8;
@@ -76,8 +76,8 @@ vec2 Apply(const Reading& reading, vec2 motion, int width, int height) {
           m.y * factor.y * static_cast<float>(reading.sign_y)};
 }
 
-/// All readings: the given one first, simple ones before others. Scales keep the axes: combinations
-/// would fit anything.
+/// All readings: the given reading first, simple readings before others. Scales are not combined
+/// with changes of axes: combinations would fit anything.
 std::vector<Reading> MakeReadings(const MotionConvention& given) {
   std::vector<Reading> readings;
   std::vector<Unit> units = {Unit::kSame};
@@ -175,7 +175,7 @@ class MotionCheck : public Check {
   std::vector<Pair> pairs_;
 };
 
-/// Rows are summed in order: the same bits for any number of threads.
+/// Rows are summed in order: results do not depend on the number of threads.
 void MotionCheck::Look(const Exhibit& now, const Exhibit* before) {
   layout_ = now.layout;
   if (before == nullptr || now.frame.guides.motion.empty()) {
@@ -273,8 +273,8 @@ MotionConvention Corrected(MotionConvention c, const Reading& reading) {
   return c;
 }
 
-/// The equivalent reading before x and y are swapped: each axis then follows the other's rule, and
-/// y_up flipped x as well.
+/// The equivalent reading before x and y are swapped: each axis then has the convention of the
+/// other, and y_up applied to x.
 Reading BeforeSwap(Reading reading, const MotionConvention& given) {
   if (reading.swap && given.y_up) {
     reading.sign_x = -reading.sign_x;

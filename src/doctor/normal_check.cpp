@@ -19,14 +19,14 @@ constexpr int64_t kSamples = 60000;
 /// Tolerance of the length: encodings of 8 bits err by 0.01.
 constexpr float kUnit = 0.04f;
 constexpr float kZero = 1e-3f;
-/// Fractions of the surfaces' pixels. Clean: above 0.99 unit at one sample, 0.9 at more (edges are
-/// averages); the other reading below 0.1.
+/// Fractions of the surface pixels. Clean: unit length above 0.99 at one sample, 0.9 at more (edges
+/// are averages); the other encoding below 0.1.
 constexpr double kMost = 0.8;
 constexpr double kFew = 0.4;
 /// Tolerance of the median length; averages within pixels shorten a few normals, not half of them.
 constexpr double kMedianOff = 0.06;
-/// Least fraction of the lengths near a median below 1: those of hair are means over a pixel's
-/// samples, of all lengths up to 1, and a faulty scale makes all lengths alike.
+/// Minimum fraction of lengths near a median below 1: normals of hair are means over a pixel's
+/// samples, of all lengths up to 1, while a wrong scale makes all lengths equal.
 constexpr double kAlike = 0.5;
 /// Fraction of the surfaces without a normal.
 constexpr double kMayBeZero = 0.3;
@@ -64,7 +64,7 @@ void NormalCheck::Look(const Exhibit& now, const Exhibit* /*before*/) {
     return;
   }
   const Image3 n = StoredColour(now, Aov::kNormal);
-  // Importing gives light of volumes a depth, but their pixels have no normal.
+  // The import sets the depth of volumes, but their pixels have no normal.
   const Image1 depth = layout_->Find(Aov::kDepth) != nullptr
                            ? ConvertDepth(StoredPlane(now, Aov::kDepth, 0), layout_->depth)
                            : now.frame.guides.depth;

@@ -10,7 +10,7 @@
 
 namespace stillray::doctor {
 
-/// Whether two normals differ by no more than the rounding of halves.
+/// Whether two normals are equal up to the rounding of halves.
 inline bool SameNormal(const Image3& normal, int x, int y, int other_x, int other_y) {
   constexpr float kRounding = 2e-3f;
   float difference = 0;

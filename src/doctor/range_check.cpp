@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds light that was clamped at a maximum, or tone mapped to stay below 1.
+// Finds radiance that was clamped at a maximum, or tone-mapped to values below 1.
 #include <cmath>
 #include <map>
 
@@ -14,18 +14,18 @@
 namespace stillray::doctor {
 namespace {
 
-/// Fraction of the values that equal the maximum. Unlimited noise has one such value, except where
-/// light is naturally constant (see below).
+/// Fraction of the values that equal the maximum. In unclamped noise a single value equals it,
+/// except where radiance is naturally constant (see below).
 constexpr double kPileUp = 5e-4;
 constexpr int64_t kLeastValues = 20;
-/// Of the pixels at the maximum, the fraction that has a neighbour on the same surface with less
-/// light, but not none. Constant light (a sun on a floor) has few; clamped noise has most.
+/// Of the pixels at the maximum, the fraction with a darker, nonzero neighbour on the same surface:
+/// small for constant radiance (a sunlit floor), large for clamped noise.
 constexpr double kSpeckled = 0.3;
-/// Renderers clamp fireflies of indirect light (Blender at 10), which is right.
+/// Renderers clamp fireflies of indirect light (Blender at 10), which is no fault.
 constexpr float kFireflies = 5.0f;
 constexpr float kLittle = 1e-3f;
 constexpr float kNearly = 0.98f;
-/// Tone mapped light comes close to 1 in every frame and never exceeds it.
+/// Tone-mapped values come close to 1 in every frame and never exceed it.
 constexpr float kCloseToOne = 0.9f;
 constexpr int64_t kLeastFrames = 3;
 constexpr double kAgreement = 0.7;
@@ -51,7 +51,7 @@ struct Peak {
   double noise = 0;  ///< mean difference of neighbours over mean light
 };
 
-/// Light with naturally frequent values: sky, and visible lamps.
+/// Radiance with naturally frequent values: sky, and visible lamps.
 bool IsUnfiltered(const Frame& frame, int x, int y) {
   if (!std::isfinite(frame.guides.depth(x, y))) {
     return true;
@@ -237,7 +237,8 @@ void RangeCheck::ConcludeToneMap(Verdict* verdict) const {
     bool all = static_cast<int64_t>(peaks.size()) >= kLeastFrames;
     for (const Peak& peak : peaks) {
       above = std::max(above, peak.maximum);
-      // Unlimited noise has no such maximum in every frame, and constant light is not noise.
+      // Unclamped noise does not reach the same maximum in every frame, and constant radiance is
+      // not noise.
       all = all && peak.maximum >= kCloseToOne && peak.maximum <= 1 && peak.noise > 0.2 &&
             peak.maximum > 1.02f * sky_ && peak.piled < kPileUp;
     }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds noise that is the same in every frame: at the same pixel, whatever surface it shows.
+// Finds noise that is identical in every frame: at the same pixel, independent of the surface.
 #include <array>
 #include <cmath>
 #include <deque>
@@ -15,25 +15,25 @@
 namespace stillray::doctor {
 namespace {
 
-/// Where motion exceeds this, the picture's detail has moved, and any remaining pattern at a pixel
-/// is noise.
+/// Where motion exceeds this, image detail has moved, and any remaining pattern at a pixel is
+/// noise.
 constexpr float kMoves = 1.5f;
-/// How many frames are kept for that.
+/// Number of frames kept for this test.
 constexpr size_t kFramesBack = 6;
 constexpr float kStill = 0.05f;
 constexpr int64_t kLeastPixels = 1500;
-/// Correlation of the noise with that of the previous frame. Animated seed: below 0.04; a fixed
-/// one: 0.3 and more where the camera moves, 1 where it does not.
+/// Correlation of the noise of this and the previous frame. Animated seed: below 0.04; a fixed one:
+/// 0.3 and more where the camera moves, 1 where it does not.
 constexpr double kCorrelated = 0.15;
-/// The same at an offset of two pixels: detail of the picture correlates there too, noise does not.
+/// Correlation at an offset of two pixels: image detail correlates there too, noise does not.
 constexpr double kElsewhere = 0.5;
-/// Fraction of the noisy pixels of a still region with the same bits as before.
+/// Fraction of the noisy pixels of a static region that are bit-identical to the previous frame.
 constexpr double kIdentical = 0.5;
 constexpr float kNoisy = 0.02f;
 constexpr double kAgreement = 0.7;
 
-/// Light, compressed so that bright samples do not outweigh all others, minus the mean of the
-/// surrounding pixels.
+/// Radiance, compressed so that bright samples do not dominate, minus the mean of the surrounding
+/// pixels.
 Image1 Noise(const Exhibit& exhibit) {
   const Image1& light = exhibit.light;
   const int width = light.width();
@@ -153,7 +153,7 @@ void SeedCheck::LookStill(const Exhibit& now, const Exhibit& before, const Image
       }
     }
   }
-  // Without noise, constant light is right.
+  // Without noise, constant radiance is correct.
   pair->judged_still = noisy >= kLeastPixels && noisy * 5 >= still;
   pair->identical = noisy == 0 ? 0 : static_cast<double>(identical) / static_cast<double>(noisy);
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds layers of what mirrors and glass show (Cycles' Denoising Data) that are not of this render:
-// on plain surfaces that are neither, they describe the surface itself.
+// Finds layers of virtual images (Cycles' Denoising Data) that belong to another render: on plain
+// surfaces, neither mirrors nor glass, they must describe the surface itself.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -25,20 +25,21 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 40000;
-/// Pixels this far around a plain one are on the same plane, by normals and depth.
+/// Radius in pixels around a plain pixel within which all pixels lie on one plane, by normals and
+/// depth.
 constexpr int kReach = 2;
-/// Largest relative bend of 1 / depth on a plane.
+/// Maximum relative nonlinearity of 1 / depth on a plane.
 constexpr float kBend = 1e-3f;
-/// Least sum of the diffuse albedo of plain pixels, and how often it holds that of transmission:
-/// Cycles describes a surface itself if a quarter of what it scatters is not a mirror's.
+/// Minimum sum of the diffuse albedo of plain pixels, and its minimum ratio to the transmission
+/// albedo: Cycles treats a surface as plain if a quarter of its scattering is not specular.
 constexpr float kDiffuse = 0.3f;
 constexpr float kOverTransmission = 2;
-/// Most light of what emits nothing: in halves the colour differs from the sum of the passes.
+/// Maximum emission of non-emitters: in halves the colour differs from the sum of the passes.
 constexpr float kEmits = 0.05f;
-/// Fewer plain pixels say nothing.
+/// Minimum number of plain pixels.
 constexpr int64_t kLeastPixels = 200;
-/// Relative difference of depths, length of that of normals, and difference of albedos, of which
-/// the second is relative, above which guides are not those of the surface.
+/// Tolerances within which guides belong to the surface: relative difference of depths, length of
+/// the difference of normals, and absolute and relative difference of albedos.
 constexpr double kOtherDepth = 0.02;
 constexpr float kOtherNormal = 0.15f;
 constexpr float kOtherAlbedo[2] = {0.05f, 0.1f};
@@ -50,7 +51,7 @@ float SumAt(const Image3& image, int x, int y) {
   return image.empty() ? 0.0f : image[0](x, y) + image[1](x, y) + image[2](x, y);
 }
 
-/// Albedos as stored: where nothing is transmitted, importing makes them white.
+/// Albedos as stored: the import replaces zero transmission albedos by white.
 struct Albedos {
   Image3 diffuse;
   Image3 specular;
@@ -87,8 +88,8 @@ std::vector<ivec2> PlainPixels(const Frame& frame, const Albedos& albedos) {
   return pixels;
 }
 
-/// From the lengths of paths to depth. If most lengths fit no lens, that of the picture by depth
-/// and normals, and the near clipping plane by the median of the plain pixels.
+/// Conversion of path lengths to depth. If most lengths fit no lens, uses the field of view from
+/// depth and normals, and the near clipping plane from the median of the plain pixels.
 std::optional<io::Lens> LensOf(const Guides& g, const Image1& seen,
                                const std::vector<ivec2>& pixels) {
   if (std::optional<io::Lens> lens = io::FitLens(g.depth, seen)) {
@@ -114,16 +115,16 @@ std::optional<io::Lens> LensOf(const Guides& g, const Image1& seen,
   return lens;
 }
 
-/// Whether one of the planes is not zero somewhere.
+/// Whether any value of the planes is not zero.
 template <typename Image>
 bool HasValues(const Image& image) {
   return AnyPixel(image, [](float v) { return v != 0; });
 }
 
-/// A layer of what is seen, and how far it is not that of plain surfaces.
+/// A kSeen layer, and its deviations at plain surfaces.
 struct Layer {
   Aov aov;
-  Aov own;  ///< the layer of surfaces that it repeats
+  Aov own;  ///< the layer of visible surfaces that it must repeat
   const char* finding;
   std::vector<int64_t> zero = {};                        ///< frames
   std::vector<std::pair<int64_t, double>> differs = {};  ///< fraction of each frame
@@ -135,7 +136,7 @@ class SeenGuidesCheck : public Check {
   void Conclude(Verdict* verdict) override;
 
  private:
-  /// Of the plain pixels. Each notes a fraction unless the layer is zero.
+  /// Tests of the plain pixels. Each records a fraction unless the layer is zero.
   void LookAtDepth(const Exhibit& now, const std::vector<ivec2>& pixels);
   void LookAtNormal(const Exhibit& now, const std::vector<ivec2>& pixels);
   void LookAtAlbedo(const Exhibit& now, const Albedos& albedos, const std::vector<ivec2>& pixels);
@@ -196,8 +197,7 @@ void SeenGuidesCheck::LookAtNormal(const Exhibit& now, const std::vector<ivec2>&
                                }));
 }
 
-/// Whether the albedo of a surface is at least the diffuse one, and at most the sum of all, if all
-/// are known.
+/// Whether an albedo lies between the diffuse albedo and the sum of all albedos, if all are known.
 bool IsAlbedoOf(const Albedos& albedos, const Image3& seen, int x, int y) {
   const auto at = [&](const Image1& plane) { return plane.empty() ? 0.0f : plane(x, y); };
   const bool has_all = !albedos.specular.empty();
@@ -292,7 +292,7 @@ void SeenGuidesCheck::ConcludeLayer(const Layer& layer, Verdict* verdict) const 
 }
 
 void SeenGuidesCheck::Conclude(Verdict* verdict) {
-  // Layers of surfaces that are wrong themselves are nothing to compare with.
+  // Wrong layers of visible surfaces cannot be compared with.
   if (layout_ == nullptr || verdict->Has("depth_") || verdict->Has("normal_") ||
       verdict->Has("albedo_encoded") || verdict->Has("albedo_above") ||
       verdict->Exceeds("random_blocks")) {

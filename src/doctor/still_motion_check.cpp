@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds missing or wrong motion: blocks of the picture are searched for in the previous frame,
-// around the position to which their motion leads.
+// Finds missing or wrong motion by block matching: blocks are searched for in the previous frame,
+// around the position given by their motion.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -24,24 +24,24 @@ constexpr int kReach = 12;            ///< pixels searched in each direction
 constexpr int kCoarse = 2;            ///< step of the search; then by single pixels around the best
 constexpr size_t kMostSearches = 96;  ///< blocks searched for per pair of frames
 constexpr int kLeastStructured = 12;
-/// Mean distance above which a block is not explained by its motion. Clean sequences: 95 % of the
-/// blocks below 0.05.
+/// Mean distance above which a block does not match at the position given by its motion. Clean
+/// sequences: 95 % of the blocks below 0.05.
 constexpr float kUnexplained = 0.1f;
-/// A block is found elsewhere if its distance there is below this fraction.
+/// A block matches elsewhere if its distance there is below this fraction.
 constexpr float kFound = 0.35f;
-/// Fraction of the blocks with structure that were found elsewhere. Clean: at most 0.04 measured
-/// (jittered, small pictures); zero or clamped motion: 0.3. Repeating blocks, and large plain ones,
+/// Fraction of the blocks with structure that match elsewhere. Clean: at most 0.04 measured
+/// (jittered, small images); zero or clamped motion: 0.3. Repeating blocks, and large plain ones,
 /// match under wrong motion too.
 constexpr double kMovedAlthoughZero = 0.1;
 constexpr double kMovedElsewhere = 0.15;
 constexpr double kAgreement = 0.7;
-/// Offsets are those of a zoom if this fraction of the blocks of all frames is found within so many
-/// pixels of its prediction. Repeating textures are found elsewhere too: 0.76 to 1 measured in
-/// Cycles, 0.73 in checkered rooms.
+/// Offsets are a zoom if this fraction of the blocks of all frames lies within this many pixels of
+/// the prediction. Repeating textures also match elsewhere: 0.76 to 1 measured in Cycles, 0.73 in
+/// checkered rooms.
 constexpr double kZoomAgreement = 0.65;
 constexpr double kZoomTolerance = 1.5;
 constexpr double kLeastZoom = 0.005;
-/// Fewer blocks, or blocks on one side only, fit any zoom.
+/// Minimum number of blocks: fewer blocks, or blocks on one side only, fit any zoom.
 constexpr int kLeastZoomed = 6;
 
 struct Block {
@@ -50,7 +50,7 @@ struct Block {
   float distance = 0;  ///< under its motion
 };
 
-/// Mean distance of a block if its pixels moved by their motion plus (dx, dy).
+/// Mean distance of a block displaced by its pixels' motion plus (dx, dy).
 float BlockDistance(const Exhibit& now, const Exhibit& before, const Features& a, const Features& b,
                     const Block& block, int dx, int dy) {
   float sum = 0;
@@ -80,7 +80,7 @@ bool HasStructure(const Features& f, int x0, int y0) {
   return std::min(right, down) > kUnexplained * kCount;
 }
 
-/// The offset of the best match from the position to which the block's motion leads.
+/// The offset of the best match from the position given by the block's motion.
 struct Search {
   int dx = 0;
   int dy = 0;
@@ -111,7 +111,7 @@ Search SearchFor(const Exhibit& now, const Exhibit& before, const Features& a, c
 }
 
 /// Fits a zoom to the offsets of blocks: offset = rate * position, with the position relative to
-/// the centre of the picture.
+/// the image centre.
 class ZoomFit {
  public:
   void Add(const Frame& frame, const Block& block, const Search& s) {
@@ -119,7 +119,7 @@ class ZoomFit {
                        block.y + 0.5 * kBlock - 0.5 * frame.height, static_cast<double>(s.dx),
                        static_cast<double>(s.dy)});
   }
-  /// The median over the blocks, as single ones are found at the wrong place.
+  /// The median over the blocks, as single blocks match at wrong positions.
   double Rate() const {
     std::vector<double> rates;
     for (const Place& p : places_) {
@@ -129,10 +129,11 @@ class ZoomFit {
   }
   int places() const { return static_cast<int>(places_.size()); }
   /// Number of blocks near their predicted offset; 0 if they are too few, or all on one side of the
-  /// picture.
+  /// image.
   int Explained() const {
     const double rate = Rate();
-    bool quarters[4] = {false, false, false, false};  // of the picture, with such blocks
+    bool quarters[4] = {false, false, false,
+                        false};  // of the image, with blocks near their predicted offset
     int agree = 0;
     for (const Place& p : places_) {
       if (std::hypot(p.dx - rate * p.x, p.dy - rate * p.y) < kZoomTolerance) {
@@ -146,7 +147,7 @@ class ZoomFit {
 
  private:
   struct Place {
-    double x;  ///< of the block, from the centre of the picture
+    double x;  ///< of the block, from the image centre
     double y;
     double dx;  ///< where it was found
     double dy;
@@ -168,10 +169,10 @@ class StillMotionCheck : public Check {
     int64_t number = 0;
     bool zero = false;
     double moved = 0;   ///< fraction of the blocks with structure
-    double length = 0;  ///< mean offset of those, pixels
-    int found = 0;      ///< blocks elsewhere
-    int zoomed = 0;     ///< blocks of these that a zoom explains
-    double zoom = 0;    ///< relative growth of the picture
+    double length = 0;  ///< mean offset of these blocks, pixels
+    int found = 0;      ///< number of blocks that match elsewhere
+    int zoomed = 0;     ///< number of these blocks that fit a zoom
+    double zoom = 0;    ///< relative growth of the image
   };
   bool IsZoom(double* zoom) const;
   const AovLayout* layout_ = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Checks that the passes of light add up to the colour, and if not, finds the explanation.
+// Checks that the radiance passes sum to the colour, and if not, finds the explanation.
 #include <cmath>
 #include <optional>
 
@@ -19,7 +19,7 @@ namespace {
 constexpr int64_t kSamples = 60000;
 /// Halves differ by 0.1 %; clean Blender frames by 0.12 % in all, DWAA by 1 % or so.
 constexpr float kTolerance = 0.04f;
-/// Fraction of the values that may differ by more.
+/// Maximum fraction of values with a larger difference.
 constexpr double kMayDiffer = 0.03;
 constexpr double kMayDifferLossy = 0.2;
 /// An explanation must hold for this fraction of the values.
@@ -48,7 +48,7 @@ bool Near(float a, float b, float floor) {
   return std::fabs(a - b) <= kTolerance * std::max(std::fabs(a), std::fabs(b)) + floor;
 }
 
-/// Behind a transparent film the environment pass holds sky that the colour lacks.
+/// With a transparent film the environment pass contains sky that is missing in the colour.
 bool HidesSky(const Exhibit& now, const Image1& alpha, int x, int y) {
   const Image3& sky = now.frame.background;
   return !alpha.empty() && alpha(x, y) < 0.999f && !sky.empty() &&
@@ -64,7 +64,7 @@ Image3 SumOfPasses(const Exhibit& now, const ExrImage& image) {
   return frame.ok() ? SumOfLight(*frame) : Image3();
 }
 
-/// The sum if the colours of the passes are sRGB-encoded and must be decoded.
+/// The sum if the albedos of the passes are sRGB-encoded and must be decoded.
 Image3 SumWithDecodedAlbedo(const Exhibit& now) {
   ExrImage image = *now.image;
   for (const Aov aov : {Aov::kAlbedo, Aov::kSpecularAlbedo, Aov::kTransmissionAlbedo}) {

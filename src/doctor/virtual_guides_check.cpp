@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Finds virtual guides that are none: images nearer than the mirror, images that are not found
-// again where their motion leads, and hit distances that nothing has.
+// Finds invalid virtual guides: images nearer than the mirror, images that are not found again at
+// the position given by their motion, and hit distances that are zero everywhere.
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
@@ -20,36 +20,36 @@ namespace stillray::doctor {
 namespace {
 
 constexpr int64_t kSamples = 20000;
-/// The path to what is seen is longer than that to the mirror; less by rounding at its foot.
+/// The path to the reflected surface is longer than the path to the mirror; at the foot of the
+/// mirror it may be shorter by rounding.
 constexpr float kNearer = 0.98f;
-/// Fraction of the pixels with an image. Clean: 0 measured.
+/// Fraction of the pixels with a virtual image. Clean: 0 measured.
 constexpr double kMayBeNearer = 0.05;
 /// Images are found again at a pixel of similar depth and albedo.
 constexpr float kSameDepth = 0.05f;
 constexpr float kSameAlbedo = 0.08f;
-/// Another motion explains the images better if it finds this much more of them, as a fraction of
-/// the pixels where both differ by kDiffers pixels. Clean: at most -0.06 measured; opposite motion
-/// 0.35.
+/// Another motion fits better if it finds this many more images, as a fraction of the pixels where
+/// both motions differ by kDiffers pixels. Clean: at most -0.06 measured; opposite motion 0.35.
 constexpr double kFindsMore = 0.1;
 constexpr float kDiffers = 1.5f;
-/// Pixels count whose image differs from those this many pixels to the right and below: others are
-/// found anywhere.
+/// Only pixels count whose image differs from the images this many pixels to the right and below:
+/// others match anywhere.
 constexpr int kApart = 3;
-/// Fewer pixels say nothing.
+/// Minimum number of pixels.
 constexpr int64_t kLeastPixels = 50;
 /// Fraction of the pairs of frames that must agree.
 constexpr double kAgreement = 0.7;
 
-/// The virtual guides of one kind of light.
+/// The virtual guides of specular or of transmitted light.
 struct Kind {
   const VirtualGuides Frame::*guides;
-  std::vector<Aov> depths;   ///< the layers that may give them, the first of the file counts
-  std::vector<Aov> motions;  ///< likewise
+  std::vector<Aov> depths;   ///< the candidate layers; the first that exists in the file is used
+  std::vector<Aov> motions;  ///< candidate layers, as `depths`
   std::vector<std::pair<int64_t, double>> nearer = {};  ///< of each frame
   std::vector<std::pair<int64_t, double>> more = {};    ///< of each pair of frames
 };
 
-/// The first of these that the file has; else the first of all.
+/// The first of these layers that exists in the file; else the first of all.
 Aov Given(const AovLayout& layout, const std::vector<Aov>& aovs) {
   for (const Aov aov : aovs) {
     if (layout.Find(aov) != nullptr) {
@@ -63,7 +63,7 @@ bool HasImage(const VirtualGuides& image, int x, int y) {
   return image.depth(x, y) > 0;
 }
 
-/// Whether the image at (x, y) is that at (u, v) of the frame before.
+/// Whether the virtual images at (x, y) and at (u, v) of the previous frame agree.
 bool SameImage(const VirtualGuides& now, int x, int y, const VirtualGuides& before, int u, int v) {
   const float a = now.depth(x, y);
   const float b = before.depth(u, v);
@@ -91,7 +91,7 @@ bool IsInside(const VirtualGuides& image, vec2 place) {
   return Nearest(place, image.depth.width(), image.depth.height(), &x, &y);
 }
 
-/// Whether one of the four pixels around a position shows the image.
+/// Whether one of the four pixels around a position has the same virtual image.
 bool IsFoundAt(const VirtualGuides& now, int x, int y, const VirtualGuides& before, vec2 place) {
   const int u0 = static_cast<int>(std::floor(place.x));
   const int v0 = static_cast<int>(std::floor(place.y));
@@ -167,7 +167,7 @@ class VirtualGuidesCheck : public Check {
     return AnyPixel(hits, [](float hit) { return hit > 0; });
   }
 
-  /// Single frames may show nothing that reflects.
+  /// Single frames may have no reflections.
   void ConcludeHits(Verdict* verdict) const {
     if (without_hits_.empty() || without_hits_.size() < hit_frames_) {
       return;
@@ -197,8 +197,7 @@ class VirtualGuidesCheck : public Check {
     }
   }
 
-  /// How much more the best of the other motions finds: that of the surface, none, and the
-  /// opposite.
+  /// The advantage of the best alternative motion: the surface's, zero, or the opposite.
   static void LookAtMotion(const Exhibit& now, const Exhibit& before, const VirtualGuides& image,
                            const VirtualGuides& old, Kind* kind) {
     struct Counts {
@@ -279,7 +278,7 @@ class VirtualGuidesCheck : public Check {
     }
   }
 
-  /// What gives the motion: its own layer, or the hit distances from which it follows.
+  /// The source of the motion: its own layer, or the hit distances from which it is computed.
   Aov MotionLayer(const Kind& kind) const {
     const Aov motion = Given(*layout_, kind.motions);
     const Aov depth = Given(*layout_, kind.depths);

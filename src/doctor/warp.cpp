@@ -23,7 +23,7 @@ bool Varies(const Image3& image) {
   });
 }
 
-/// Mean of 7 x 7 pixels: smaller windows are too noisy at one sample per pixel.
+/// Mean over 7x7 pixels: smaller windows are too noisy at one sample per pixel.
 Image1 Blurred(const Image1& image) {
   constexpr int kRadius = 3;
   Image1 rows(image.width(), image.height());

@@ -14,8 +14,7 @@ namespace stillray::io {
 namespace {
 
 /// Length of the residual above which the normal belongs to another surface. Measured in Cycles
-/// 3.4: below 0.02 on everything that is not a mirror, above 0.1 on all but one in a thousand
-/// pixels of glass.
+/// 3.4: below 0.02 outside of mirrors, above 0.1 on all but 0.1 % of the pixels of glass.
 constexpr float kOtherSurface = 0.1f;
 
 }  // namespace

@@ -36,7 +36,7 @@ float LinearFromProjected(double d, double near, double far) {
   return scale > 0 && d < 1.0 ? static_cast<float>(near / scale) : kInfinity;
 }
 
-/// The same with 1 at near and 0 at far, where no digits cancel.
+/// Inverts a rasteriser's reversed depth, 1 at near and 0 at far, where no digits cancel.
 float LinearFromReversed(double d, double near, double far) {
   const double ratio = std::isinf(far) ? 0.0 : near / far;
   return d > 0 ? static_cast<float>(near / (d + (1.0 - d) * ratio)) : kInfinity;
@@ -108,7 +108,7 @@ Image2 ScaledMotion(const Image1& x, const Image1& y, const MotionConvention& c,
   const int height = x.height();
   const float x_scale = sign * c.scale * PixelsPerUnit(c.unit, width);
   const float y_scale = sign * c.scale * PixelsPerUnit(c.unit, height) * (c.y_up ? -1.0f : 1.0f);
-  // A point at p lies at p - jitter in the picture's grid.
+  // A point at p lies at p - jitter in the pixel grid.
   const float x_shift = c.jittered ? jitter.previous_x - jitter.x : 0.0f;
   const float y_shift = c.jittered ? jitter.previous_y - jitter.y : 0.0f;
   Image2 motion(width, height);

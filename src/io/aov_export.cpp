@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Writes a copy of a file with its light replaced. Exceptions of OpenEXR are caught in this file.
+// Writes a copy of a file with replaced radiance. Exceptions of OpenEXR are caught in this file.
 #include <Imath/half.h>
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
@@ -46,12 +46,12 @@ using NewLight = std::map<std::string, const Image1*>;
 
 /// The planes to write to one part, by the channel names of the file.
 struct PartPlan {
-  NewLight light;  ///< channels that the part has
+  NewLight light;  ///< existing channels of the part
   NewLight added;  ///< new channels
   Imf::Header header;
 };
 
-/// Clamps to the range of a half, so that finite light stays finite.
+/// Clamps to the range of a half, so that finite values stay finite.
 void Store(float value, Imf::PixelType type, char* to) {
   if (type == Imf::HALF) {
     const half h(std::isfinite(value) ? std::clamp(value, -kHalfMax, kHalfMax) : value);
@@ -132,7 +132,7 @@ std::vector<PartPlan> PlanParts(const Imf::MultiPartInputFile& file, NewLight li
   return plans;
 }
 
-/// Reads the part's pixels that are not yet loaded, inserts the new light, and writes the part.
+/// Reads the part's pixels that are not yet loaded, inserts the new radiance, and writes the part.
 /// \param planes  the part's pixels as stored, or nothing
 template <typename Output>
 void RewritePart(Imf::MultiPartInputFile& in, Imf::MultiPartOutputFile& out, int part,
@@ -216,7 +216,7 @@ std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light,
   std::vector<Imf::Header> headers;
   for (PartPlan& plan : plans) {
     const bool changed = !plan.light.empty() || !plan.added.empty();
-    // Smaller mip levels would show the old light; a file without them is still complete.
+    // Smaller mip levels would contain the old radiance; a file without them is still valid.
     if (changed && plan.header.hasTileDescription()) {
       plan.header.tileDescription().mode = Imf::ONE_LEVEL;
     }
@@ -245,7 +245,7 @@ std::string Rewrite(Imf::MultiPartInputFile& in, NewLight light,
   return stream.Take();
 }
 
-/// The layer for new light if the file has none: "Combined" beside Blender's passes, else
+/// The layer for the result if the file has none: "Combined" beside Blender's passes, else
 /// "denoised".
 std::array<std::string, 3> NamesForNewLayer(const AovLayout& layout) {
   std::string prefix;

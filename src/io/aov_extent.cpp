@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The picture size of a file, read from its header. Exceptions of OpenEXR are caught in this file.
+// The image size of a file, read from its header. Exceptions of OpenEXR are caught in this file.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Converts a file's layers to a Frame whose light adds up to the file's colour.
+// Converts a file's layers to a Frame whose signals, emission and background sum to the file's
+// colour.
 #include <bit>
 #include <charconv>
 #include <cmath>
@@ -149,7 +150,7 @@ void Importer::ImportNormal() {
   g.normal = ConvertNormal(stored, layout_.normal, m.size() == 16 ? &rotation : nullptr);
 }
 
-/// Adds 1 to ids: a surface may have the number 0, which means "no surface" here.
+/// Adds 1 to ids: a surface of the file may have the id 0, which means "no surface" in Guides.
 void Importer::ImportId() {
   const AovSource* source = layout_.Find(Aov::kId);
   const bool matte = source == nullptr && layout_.Find(Aov::kCryptomatte) != nullptr;
@@ -273,8 +274,8 @@ VirtualGuides Importer::VirtualGuidesOf(Aov depth, Aov normal, Aov albedo, Aov m
   return guides;
 }
 
-/// From what is known best: what the user gives, the camera, what depth reveals with normals or
-/// with the lengths of paths.
+/// From the first source available: the user's value, the camera, a fit of depth to normals or to
+/// path lengths.
 std::optional<Lens> Importer::LensOfRays(CameraFits* fits) const {
   if (layout_.hit_distance.focal > 0) {
     return LensOfFocalLength(static_cast<double>(layout_.hit_distance.focal), frame_.width);
@@ -301,7 +302,7 @@ std::optional<Lens> Importer::LensOfRays(CameraFits* fits) const {
   return lens;
 }
 
-/// Reflections by their hit distance, in place of those of the layers of what is seen.
+/// Virtual guides from hit distances, in place of those from the kSeen layers.
 void Importer::ImportHits(CameraFits* fits, FrameImages* images) {
   const std::optional<Lens> lens = LensOfRays(fits);
   if (lens) {
@@ -315,7 +316,7 @@ void Importer::ImportHits(CameraFits* fits, FrameImages* images) {
   }
 }
 
-/// The motion of reflections as stored, out of the picture where it is no number.
+/// The motion of reflections as stored; unknown (outside the image) where it is not finite.
 void Importer::ImportSpecularMotion(const JitterPair& jitter) {
   const AovSource& source = *layout_.Find(Aov::kSpecularMotion);
   const Image2 stored = ConvertMotion(Values(source.channels[0]), Values(source.channels[1]),
@@ -330,8 +331,7 @@ void Importer::ImportSpecularMotion(const JitterPair& jitter) {
   });
 }
 
-/// Images from hit distances, from the layers of what is seen, and from the shape of convex
-/// surfaces.
+/// Virtual guides from hit distances, from the kSeen layers, and from the shape of convex surfaces.
 void Importer::ImportImages(const JitterPair& jitter) {
   CameraFits fits(frame_.guides);
   FrameImages images;
@@ -343,7 +343,7 @@ void Importer::ImportImages(const JitterPair& jitter) {
   if (layout_.Find(Aov::kHitDistance) != nullptr) {
     ImportHits(&fits, &images);
   }
-  // Motion that the file lacks may be estimated, and then that of the images too.
+  // Missing motion may be estimated later, and with it the motion of virtual images.
   if (!moves_images_later_ && !frame_.guides.motion.empty()) {
     MoveSeenGuides(&fits, &frame_, &images);  // by motion as stored
   }
@@ -384,18 +384,18 @@ bool Importer::ShowsCurvedImages() {
   return HasCurvedImages(frame_.guides);
 }
 
-/// Whether guides may be means or samples of what rays meet at random. In frames of stillray they
-/// are those of the pixel's centre.
+/// Whether guides may be means or random samples over the pixel. In frames of stillray they belong
+/// to the pixel's centre.
 bool Importer::MayMixGuides() const {
   return layout_.renderer != "stillray" && !layout_.from_colour &&
          layout_.Find(Aov::kDepth) != nullptr && layout_.Find(Aov::kNormal) != nullptr;
 }
 
-/// Keeps histories short where light changes without a trace in the motion and guides of the file.
-/// Smoke shortens the means of normals too: only without it are short ones a sign of hair.
+/// Limits the history length where radiance changes without a change of motion or guides. Smoke
+/// shortens mean normals too: only without smoke do short normals indicate hair.
 void Importer::LimitHistories() {
   if (!frame_.confidence.empty() || frame_.samples.empty()) {
-    return;  // of one sample each, a history is worth its lag
+    return;  // with one sample per pixel, a long history is worth its lag
   }
   if (HasLight(volume_)) {
     frame_.confidence = VolumeConfidence(volume_, SumOfLight(frame_), frame_.samples);
@@ -407,7 +407,7 @@ void Importer::LimitHistories() {
   }
 }
 
-/// Gives light that was scattered before it met a surface the guides of what is around it.
+/// Gives pixels with scattered radiance and without a surface the guides of their neighbours.
 /// \param without_depth  as FindCoveredWithoutDepth returns it
 void Importer::CompleteGuides(const Plane<uint8_t>& without_depth) {
   if (volume_.empty() && without_depth.empty()) {
@@ -441,7 +441,7 @@ Result<Frame> Importer::Import(std::array<float, 2> previous_jitter) {
     if (MayMixGuides()) {
       const Image1 alpha = Plane1(Aov::kAlpha).value_or(Image1());
       without_depth = FindCoveredWithoutDepth(frame_, alpha);
-      // With a transparent film the background is not in the picture; as a layer it is unchanged.
+      // With a transparent film the background is not in the image; its layer is copied unchanged.
       if (!without_depth.empty() && !volume_.empty() && !frame_.background.empty() &&
           !IsPartlyTransparent(alpha)) {
         FilterBackground(without_depth);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The light of a file: its passes, or its colour alone, and what the one has and the other lacks.
+// The radiance of a file: its passes, or its colour alone, and the differences between both.
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -99,8 +99,8 @@ void Importer::ImportPasses() {
   ImportVolume();
 }
 
-/// Light scattered in volumes has no albedo. It joins transmitted light: both come from behind the
-/// surface that the guides describe.
+/// Radiance scattered in volumes has no albedo. It is added to transmitted light: both come from
+/// behind the surface of the guides.
 void Importer::ImportVolume() {
   for (const auto& [aov, kind] :
        {std::pair(Aov::kDirectVolume, SignalKind::kDirectTransmission),
@@ -114,7 +114,8 @@ void Importer::ImportVolume() {
   }
 }
 
-/// The background behind volumes joins their light. \param without_depth  see TakeBackground
+/// The background behind volumes is added to their radiance. \param without_depth  see
+/// TakeBackground
 void Importer::FilterBackground(const Plane<uint8_t>& without_depth) {
   const Image3 taken =
       TakeBackground(without_depth, volume_, frame_.guides.normal, &frame_.background);
@@ -163,9 +164,9 @@ void Importer::KeepStoredAlbedos() {
   }
 }
 
-/// Adds light that the colour has and the passes lack to the signal that the layout names, and
-/// subtracts light that only the passes have (sky behind a transparent film) from unfiltered light,
-/// so that the frame adds up to the colour.
+/// Adds radiance missing in the passes to the signal AovLayout::rest, and subtracts radiance
+/// missing in the colour (sky behind a transparent film) from unfiltered radiance, so that the
+/// frame sums to the colour.
 void Importer::AddRest() {
   const Image3 colour = Light(Aov::kColour);
   if (colour.empty() || layout_.from_colour || layout_.ignores_colour) {
@@ -200,7 +201,8 @@ void Importer::AddRest() {
   }
 }
 
-/// Where nothing transmits, light of volumes must not be divided by the clamped zero.
+/// Where the transmission albedo is zero, radiance of volumes must not be divided by the clamped
+/// value.
 void Importer::CompleteTransmissionAlbedo() {
   Image3& albedo = frame_.guides.transmission_albedo;
   if (albedo.empty()) {
@@ -223,7 +225,7 @@ void Importer::CompleteTransmissionAlbedo() {
   });
 }
 
-/// A layer of light, without the negative values of its compression.
+/// A layer of radiance, without the negative values due to its compression.
 Image3 Importer::Light(Aov aov) const {
   Image3 light = Colour(aov);
   if (IsLossyLayer(aov)) {

@@ -18,13 +18,13 @@ namespace stillray::io {
 /// Options and further results of an import.
 struct ImportExtras {
   std::vector<LightPart>* parts = nullptr;  ///< ImportFrame
-  /// The motion of images is left zero: the caller sets it (SetImageMotion), as it knows that of
-  /// the camera.
+  /// The motion of virtual images is left zero: the caller, which has the camera's motion, sets it
+  /// (SetImageMotion).
   bool moves_images = false;
   FrameImages* images = nullptr;
-  const CameraMatrices* camera = nullptr;  ///< of the frame, if it is known
-  /// What the confidence of each pixel lacks of 1 where it moves, for motion that is found later;
-  /// empty if confidence does not depend on motion.
+  const CameraMatrices* camera = nullptr;  ///< of the frame, if known
+  /// 1 minus the confidence of moving pixels, for motion that is computed later; empty if
+  /// confidence does not depend on motion.
   Image1* loss_in_motion = nullptr;
 };
 
@@ -33,8 +33,7 @@ Result<Frame> ImportFrameWith(const ExrImage& image, const AovLayout& layout,
                               std::array<float, 2> previous_jitter, const std::string& name,
                               const ImportExtras& extras);
 
-/// Converts one file to a frame. Those of its functions that import light are in
-/// aov_import_light.cpp.
+/// Converts one file to a frame. The functions for radiance are in aov_import_light.cpp.
 class Importer {
  public:
   Importer(const ExrImage& image, const AovLayout& layout, const std::string& name,
@@ -51,7 +50,7 @@ class Importer {
   }
 
   Result<Frame> Import(std::array<float, 2> previous_jitter);
-  /// After Import: MixedLoss of pixels whose confidence depends on motion; empty without such.
+  /// After Import: MixedLoss, the loss of confidence of moving pixels; empty if there is none.
   Image1 TakeLossInMotion() { return std::move(loss_in_motion_); }
   Image2 NextMotion(const JitterPair& jitter) const;
   NoSeenGuides CheckSeen(bool has_camera);

@@ -88,8 +88,8 @@ struct PresetMatch {
   std::vector<std::string> also_light;  ///< other prefixes with light to filter
 };
 
-/// Whether the sources form a view layer, not a separate picture ("Composite.Combined"). The main
-/// picture has no prefix.
+/// Whether the sources form a view layer, not a separate image ("Composite.Combined"). The main
+/// image has no prefix.
 bool HasLightAndPasses(const std::vector<AovSource>& sources, const std::string& prefix) {
   constexpr int kColourResultAndAlpha = 3;
   const auto is_own = [&](const AovSource& s) { return s.layer.starts_with(prefix); };
@@ -279,7 +279,7 @@ Status ApplyMapping(const ChannelNames& names, const std::string& text, const st
   }
   io::Drop(mapping->aov, layout);
   if (mapping->aov == Aov::kMotion) {
-    // The table's motion to the next frame belongs to another motion layer.
+    // The preset's next motion belongs to another motion layer.
     io::Drop(Aov::kNextMotion, layout);
   }
   if (mapping->layer == "none") {
@@ -356,7 +356,7 @@ void NoteMissingGuides(AovLayout* layout) {
 }
 
 /// Fraction of the pixels with a normal whose normal is much shorter than 1: a mean of different
-/// ones. Pixels without a normal (background) do not count.
+/// normals. Pixels without a normal (background) are excluded.
 double PartOfShortNormals(const ExrImage& image, const AovLayout& layout) {
   const AovSource* source = layout.Find(Aov::kNormal);
   if (source == nullptr) {
@@ -401,7 +401,7 @@ void NoteSoftGuides(const ExrImage& image, AovLayout* layout) {
   }
 }
 
-/// Only one id layer can be used. Object numbers that were never assigned carry no information.
+/// Only one id layer is used. Object numbers that were never assigned carry no information.
 void PickId(const ExrImage& image, bool id_is_index, AovLayout* layout) {
   const AovSource* id = layout->Find(Aov::kId);
   if (id != nullptr && id_is_index) {

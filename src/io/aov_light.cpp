@@ -72,7 +72,7 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
         file, layout->renderer));
   }
   const bool has_diffuse = layout->Find(Aov::kDirectDiffuse) || layout->Find(Aov::kIndirectDiffuse);
-  // Without diffuse passes, the others would leave most of the light over.
+  // Without diffuse passes, most of the radiance would be in the remainder.
   layout->from_colour = has_colour && !has_diffuse;
   if (!layout->from_colour) {
     Drop(Aov::kFallbackAlbedo, layout);
@@ -86,8 +86,8 @@ Status DecideLight(const std::string& file, AovLayout* layout) {
   return Status::Ok();
 }
 
-/// The colours of the passes have no noise where Denoising Albedo has. GlossCol of Cycles is 1 on
-/// all glossy surfaces, however little they reflect, and would hide the textures: measured on
+/// The albedos of the passes are noise-free where Denoising Albedo is noisy. GlossCol of Cycles is
+/// 1 on all glossy surfaces, even with low reflectance, and would hide the textures: measured on
 /// textured walls, glass and gold at 1 spp, DiffCol + GlossCol + TransCol gives 28.4 dB, with 0.04
 /// GlossCol 31.0 dB, light passes 31.2 dB.
 void DecideFallbackAlbedo(const AovOptions& options, AovLayout* layout) {

@@ -91,7 +91,7 @@ Status ApplyDepthWord(const AovMapping& mapping, const std::string& word, DepthC
   return Status::Ok();
 }
 
-/// As depth, without the kinds that are no lengths along a ray.
+/// As for depth, but only the kinds that are valid for lengths along a ray.
 Status ApplyHitWord(const AovMapping& mapping, const std::string& word, DepthConvention* c) {
   const bool no_length = word == "ray" || word == "projected" || word == "reversed";
   if (no_length || !ApplyDepthWord(mapping, word, c).ok()) {

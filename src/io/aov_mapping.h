@@ -15,8 +15,8 @@ namespace stillray::io {
 struct AovMapping {
   Aov aov = Aov::kColour;
   std::string layer;
-  std::string channels;            ///< letters; empty: the usual ones that the layer has
-  std::vector<std::string> words;  ///< of the convention, not yet parsed
+  std::string channels;            ///< letters; empty: the layer's channels with the usual letters
+  std::vector<std::string> words;  ///< of the convention, unparsed
 };
 
 /// \return kInvalidArgument

@@ -11,11 +11,11 @@
 
 namespace stillray::io {
 
-/// A layer that serves as `aov`. Of several rows with the same `aov`, the first that the file has
+/// The layer of an AOV. Of several rows with the same `aov`, the first one that exists in the file
 /// is used.
 struct AovNameRow {
   Aov aov;
-  const char* layer;     ///< without its prefix ("ViewLayer."); "" for the main picture
+  const char* layer;     ///< without its prefix ("ViewLayer."); "" for the main image
   const char* channels;  ///< one letter per component: "RGB", "XYZ", "Z"
 };
 
@@ -27,10 +27,10 @@ struct AovPreset {
   DepthConvention depth;
   NormalConvention normal;
   bool light_is_divided = false;
-  bool id_is_index = false;  ///< ids are numbers from 0 that users assign, not hashes
+  bool id_is_index = false;  ///< ids are user-defined numbers from 0, not hashes
 };
 
-/// In the order of preference of "auto" when they match equally many layers.
+/// In the order of preference of "auto" for presets that match equally many layers.
 std::span<const AovPreset> AovPresets();
 
 }  // namespace stillray::io

@@ -11,15 +11,17 @@
 namespace stillray::io {
 namespace {
 
-/// Fraction of the passes' light that the colour may lack. Measured: below 1e-4 in clean frames of
-/// Blender and of stillray, 0.4 for a denoised colour beside passes of 1 spp, 0.02 of 256 spp.
+/// Fraction of the passes' radiance that may be missing in the colour. Measured: below 1e-4 in
+/// clean frames of Blender and of stillray, 0.4 for a denoised colour beside passes of 1 spp, 0.02
+/// of 256 spp.
 constexpr double kMayLack = 0.02;
-/// The same in lossy files, whose layers ring.
+/// The limit for lossy files, whose layers have ringing artefacts.
 constexpr double kMayLackLossy = 0.1;
-/// The passes must hold this fraction of the colour's light, or the picture would lose the rest.
+/// The passes must have this fraction of the colour's radiance, or the image would lose the
+/// remainder.
 constexpr double kComplete = 0.9;
 constexpr float kOpaque = 0.999f;
-/// Fewer pixels are not judged.
+/// Minimum number of usable pixels.
 constexpr int64_t kLeastPixels = 256;
 
 const Channel* ChannelOf(const ExrImage& image, const AovLayout& layout, Aov aov,
@@ -33,7 +35,7 @@ struct Balance {
   int64_t pixels = 0;
   double colour = 0;
   double passes = 0;
-  double lacking = 0;  ///< of the passes, missing in the colour
+  double lacking = 0;  ///< radiance of the passes that is missing in the colour
 };
 
 Balance Weigh(const ExrImage& image, const AovLayout& layout, const Frame& frame) {

@@ -10,14 +10,13 @@
 
 namespace stillray::io {
 
-/// Whether the passes hold so much light that the colour lacks that they cannot be its parts: the
-/// colour was filtered, composited or graded after the passes were written. Its remainder would add
-/// the noise of the passes back with the opposite sign. Light that only the colour has is no such
-/// evidence.
+/// Whether the passes exceed the colour so much that they are not its summands: the colour was
+/// filtered, composited or graded after the passes were written. Its remainder would contain the
+/// noise of the passes with the opposite sign. Radiance missing in the passes does not count.
 /// \param layout  with passes of light and a colour
-/// \param part    [out] fraction of the light of the passes that the colour lacks; pixels that are
-///     not opaque, and sky, are left out
-/// \return false also where too few pixels can be judged, or where the passes lack light
+/// \param part    [out] fraction of the passes' radiance that is missing in the colour; transparent
+///     pixels and sky are excluded
+/// \return false also if too few pixels are usable, or if radiance is missing in the passes
 bool ColourIsOfOtherLight(const ExrImage& image, const AovLayout& layout, const std::string& name,
                           double* part);
 

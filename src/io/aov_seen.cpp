@@ -23,7 +23,7 @@ bool PointsToPrevious(const MotionConvention& motion) {
          motion.direction == MotionDirection::kFromPrevious;
 }
 
-/// What the layers are compared with and the file lacks.
+/// The layers needed for comparison that are missing in the file.
 std::vector<std::string> MissingFor(const AovLayout& layout) {
   std::vector<std::string> missing;
   for (const Aov aov : {Aov::kDepth, Aov::kNormal, Aov::kMotion}) {
@@ -40,7 +40,7 @@ std::string MotionName(const AovLayout& layout) {
   return layout.Find(Aov::kMotion) == nullptr ? "motion" : LayerNameOf(layout, Aov::kMotion);
 }
 
-/// The pass that does not fit, and what to change.
+/// The inconsistent pass, and the remedy.
 std::string Reason(const AovLayout& layout, NoSeenGuides why) {
   switch (why) {
     case NoSeenGuides::kLens:
@@ -175,7 +175,7 @@ void DecideSeenGuides(const ExrImage& image, AovLayout* layout) {
     }
   }
   if (!all || layout->from_colour || !missing.empty()) {
-    // Hit distances stand for the depth, and take what else there is.
+    // Hit distances replace the kSeen depth; the other kSeen layers are still used.
     const bool has_hits = layout->Find(Aov::kHitDistance) != nullptr && !layout->from_colour;
     for (const Aov aov : kSeen) {
       if (!has_hits || aov == Aov::kSeenDepth) {

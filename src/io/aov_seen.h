@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Whether a file has guides of what is seen in mirrors: layers for planar ones, and the shape of
-/// convex ones.
+/// Whether a file has virtual guides: layers for planar mirrors, and the shape of convex ones.
 #pragma once
 
 #include <string>
@@ -17,32 +16,33 @@ namespace stillray::io {
 /// \param has_camera  whether the camera's motion is known by its matrices
 NoSeenGuides CheckSeenLayers(const ExrImage& image, const AovLayout& layout, bool has_camera);
 
-/// Likewise of hit distances, which need kDepth.
+/// Imports guides and hit distances alone; needs kDepth.
 NoSeenGuides CheckHitLayers(const ExrImage& image, const AovLayout& layout, bool has_camera);
 
-/// Decides whether the layers of what is seen are used, and drops them if not. They need everything
-/// that they are compared with, and light of their own. Adds a note if the file has all of them.
+/// Decides whether the kSeen layers are used, and drops them if not. They require the layers that
+/// they are compared with, and separate specular or transmitted signals. Adds a note if the file
+/// has all kSeen layers.
 void DecideSeenGuides(const ExrImage& image, AovLayout* layout);
 
-/// The same of hit distances and of the motion of reflections. Those that are given and are not
-/// used are dropped with a note that says why.
+/// As above, for hit distances and the motion of reflections. Unused layers are dropped with a note
+/// on the reason.
 void DecideHits(const ExrImage& image, AovLayout* layout);
 
-/// Replaces these notes for a sequence whose cameras are known.
+/// Replaces the notes above for a sequence with known cameras.
 /// \param image  the first file
 void NoteSeenGuidesOfKnownCamera(const ExrImage& image, AovLayout* layout);
 
-/// "reflections ... are blurred where they move: ...": the consequence, the layer that does not
-/// fit, and the cure. Empty for kNone.
+/// "reflections ... are blurred where they move: ...": the consequence, the inconsistent layer, and
+/// the remedy. Empty for kNone.
 std::string LackOfImages(const AovLayout& layout, NoSeenGuides why);
-/// Whether a note of the layout says so already, of the first frame.
+/// Whether the layout already has this note, for the first frame.
 bool IsNotedInLayout(const AovLayout& layout);
 
 /// Imports guides alone. \param layout  has kDepth and kNormal
 bool HasCurvedImages(const ExrImage& image, const AovLayout& layout);
 
-/// Decides AovLayout::curved_images by the first frame: another renderer's file has reflected light
-/// of its own, depth and normals, no images of its own, and convex surfaces. Adds a note.
+/// Decides AovLayout::curved_images by the first frame: a file of another renderer with specular
+/// signals, depth, normals and convex surfaces, but without virtual guides. Adds a note.
 void DecideCurvedImages(const ExrImage& image, AovLayout* layout);
 
 }  // namespace stillray::io

@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 /// A file name may have 255 bytes; the temporary name adds a dot, ".tmp-" and 16 digits.
 constexpr size_t kMaxNameInTemp = 200;
-/// Same limit as in Linux.
+/// The limit of Linux.
 constexpr int kMaxLinks = 40;
 /// Linux moves at most 2 GiB - 4 KiB per call.
 constexpr size_t kMaxTransfer = size_t{1} << 30;
@@ -198,11 +198,12 @@ Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::stri
     if (file.get() < 0) {
       return WriteError(shown_path, errno);
     }
-    // Restores permissions that the umask removed. If that fails, fewer permissions do no harm.
+    // Restores permissions that the umask removed. On failure the file has fewer permissions, which
+    // is harmless.
     if (target.mode) {
       static_cast<void>(::fchmod(file.get(), *target.mode));
     }
-    // Without locks, as on some network file systems, no file is detected as stale either.
+    // Without locks, as on some network file systems, stale files are not detected either.
     static_cast<void>(::flock(file.get(), LOCK_EX));
     struct stat info {};
     if (::fstat(file.get(), &info) != 0 || info.st_nlink > 0) {
@@ -293,8 +294,8 @@ Result<std::string> ReadWholeFile(const std::string& path, size_t max_size) {
     return too_large();
   }
   try {
-    // One byte more than expected, so that the end is detected without another read; files that
-    // grow take further reads.
+    // One byte more than expected, so that the end of the file is detected without another read;
+    // growing files take further reads.
     constexpr size_t kStep = size_t{1} << 16;
     std::string bytes(std::max<size_t>(known_size, kStep) + 1, '\0');
     size_t used = 0;

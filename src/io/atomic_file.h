@@ -23,7 +23,8 @@ class FileDescriptor {
   FileDescriptor& operator=(const FileDescriptor&) = delete;
   ~FileDescriptor() { Close(); }
   int get() const { return fd_; }
-  /// Closes it: network file systems report a full disk only here. \return false if that failed
+  /// Closes the file: network file systems report a full disk only here. \return false if closing
+  /// failed
   bool Close();
 
  private:
@@ -35,7 +36,7 @@ class FileDescriptor {
 struct AtomicTarget {
   std::string final_path;  ///< `path` with the last symbolic link resolved
   std::string temp_path;   ///< in the same folder, a random name; empty: write directly
-  /// Permissions of the file that is replaced, which the new one inherits; none: a new file.
+  /// Permissions of the replaced file, which the new file inherits; none: a new file.
   std::optional<unsigned> mode;
 };
 
@@ -44,23 +45,23 @@ struct AtomicTarget {
 Result<AtomicTarget> PrepareAtomicTarget(const std::string& path);
 
 /// Creates the temporary file, empty, and locks it (flock) for as long as the descriptor is open:
-/// an unlocked file is left over from a killed process.
+/// an unlocked file is stale, left by a killed process.
 /// \param shown_path  the path in messages
 Result<FileDescriptor> OpenTemporary(const AtomicTarget& target, const std::string& shown_path);
 
 /// Renames the finished temporary file; removes it if that fails.
 Status CommitAtomicTarget(const AtomicTarget& target);
 
-/// WriteFileAtomically, then waits for the disk: the bytes are flushed before the file gets its
-/// name, and the name after.
+/// As WriteFileAtomically, but durable: flushes the bytes to the disk before the rename, and the
+/// folder after it.
 Status WriteFileDurably(const std::string& path, const void* bytes, size_t size);
 
-/// Flushes files that were written earlier, and the folders that hold them, to the disk.
+/// Flushes files that were written earlier, and their folders, to the disk.
 /// \return kIo naming the file and the system's reason
 Status SyncFiles(std::span<const std::string> paths);
 
-/// Removes temporary files that killed processes left in a folder. Those of running processes, on
-/// this machine or in another container, stay.
+/// Removes temporary files of killed processes from a folder. Files of running processes, on this
+/// machine or in another container, are kept.
 void RemoveStaleTemporaries(const std::string& folder);
 
 /// "PATH: could not be written: No space left on device" for the current errno.

@@ -19,7 +19,7 @@ namespace {
 constexpr int64_t kNormalSamples = 1 << 16;
 constexpr int64_t kSamples = 1 << 14;
 constexpr int64_t kSlopeSamples = 1 << 12;
-/// Least part of the samples that must follow a fit.
+/// Minimum fraction of inliers of a fit.
 constexpr double kLeastPart = 1.0 / 3;
 
 /// Whether the vector may be a normal, or a mean of normals, in any precision. False for NaN.
@@ -59,7 +59,7 @@ struct NormalPair {
   vec3 mapped;
 };
 
-/// The linear map of most pairs.
+/// The linear map that fits most pairs.
 mat3 MapOf(const std::vector<NormalPair>& pairs) {
   constexpr int kIterations = 12;
   /// Residual below which all samples have the same weight: the rounding of halves, and bump maps
@@ -99,8 +99,8 @@ double RelativeError(const Lens& lens, const Distance& d) {
   return lens.DepthOf(d.distance, d.p) / d.z - 1;
 }
 
-/// A start that mirrors do not affect: alternating medians of both unknowns, for rays around the
-/// centre of the picture.
+/// An initial value that is insensitive to mirrors: alternating medians of both unknowns, for rays
+/// around the image centre.
 Lens StartOfLens(const std::vector<Distance>& distances) {
   constexpr int kIterations = 40;
   constexpr double kOutside = 0.1;  ///< squared distance from the centre at which k is well defined
@@ -126,7 +126,7 @@ Lens StartOfLens(const std::vector<Distance>& distances) {
   return lens;
 }
 
-/// Gauss and Newton on the distances that fit.
+/// Gauss-Newton steps on the inliers.
 void RefineLens(const std::vector<Distance>& distances, Lens* lens) {
   constexpr int kIterations = 12;
   double scale = 0.02;
@@ -167,7 +167,7 @@ double ErrorOf(const glm::dmat4x3& map, const MovedPoint& point) {
   return glm::length(glm::dvec2(moved) / moved.z - glm::dvec2(point.before));
 }
 
-/// One step of Gauss and Newton. The entry of w that belongs to 1 stays 1.
+/// One Gauss-Newton step. The constant entry of w stays 1.
 glm::dmat4x3 ImproveMap(const std::vector<MovedPoint>& points, double scale,
                         const glm::dmat4x3& map) {
   NormalEquations<11> equations;
@@ -204,7 +204,7 @@ glm::dmat4x3 ImproveMap(const std::vector<MovedPoint>& points, double scale,
   return better;
 }
 
-/// The motion of all surfaces of a grid. Depths are not yet divided by the unit.
+/// The motion of the surfaces at the pixels of a grid. Depths are not yet divided by the unit.
 std::vector<MovedPoint> MovedPoints(const Image1& depth, const Image2& motion) {
   const int width = depth.width();
   const int height = depth.height();
@@ -222,11 +222,10 @@ std::vector<MovedPoint> MovedPoints(const Image1& depth, const Image2& motion) {
   return points;
 }
 
-/// Error of points that do not follow the camera, in pixels.
+/// Error in pixels from which on points are outliers.
 constexpr double kOutlier = 0.3;
 
-/// The median error of points that follow the map: the rounding of halves, which is that of large
-/// motion.
+/// The median error of inliers: the rounding of halves, which is largest for large motion.
 double NoiseOf(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, double pixel) {
   std::vector<double> errors;
   for (const MovedPoint& point : points) {
@@ -238,7 +237,7 @@ double NoiseOf(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, d
   return Median(&errors);
 }
 
-/// Sum of squared errors, each at most that of an outlier, over some of the points.
+/// Sum of squared errors over some of the points, each limited to the error of an outlier.
 double CostOf(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, double outlier) {
   constexpr size_t kMost = 512;
   const size_t step = points.size() / kMost + 1;
@@ -250,8 +249,8 @@ double CostOf(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, do
   return cost;
 }
 
-/// The best of no motion, the map of all points, and many maps that a few points determine: an
-/// object that covers a fifth of the picture can lead astray a fit that starts with all points.
+/// The best of no motion, the fit to all points, and many fits to a few points (RANSAC): an object
+/// that covers a fifth of the image can mislead a fit to all points.
 glm::dmat4x3 StartOfMap(const std::vector<MovedPoint>& points, double pixel) {
   constexpr int kTrials = 300;
   constexpr int kPoints = 6;  // 12 equations, 11 unknowns
@@ -283,14 +282,14 @@ glm::dmat4x3 StartOfMap(const std::vector<MovedPoint>& points, double pixel) {
   return best;
 }
 
-/// Whether the points move and lie in one plane, through which the motion at other depths is
-/// unknown: with the plane's nearness a . (p, 1), the maps H - e a^T with the epipole e move its
-/// points alike for every e (Hartley and Zisserman, section 13.1). Of a plane that does not move,
-/// no other camera than one that stands still is plausible.
+/// Whether the points move and lie in one plane, so that the motion at other depths is unknown:
+/// with the plane's nearness a . (p, 1), the maps H - e a^T with the epipole e move its points
+/// alike for every e (Hartley and Zisserman, section 13.1). For a plane that does not move, only a
+/// static camera is plausible.
 bool IsOnePlane(const glm::dmat4x3& map, const std::vector<MovedPoint>& points, double tolerance) {
-  /// RMS of the nearness off the plane, of the median nearness, from which on the epipole is known:
-  /// depth in halves is off the plane by 0.0003, and errors of 0.01 pixels in the motion of all
-  /// samples amount to 0.03 pixels far from it.
+  /// RMS deviation of the nearness from the plane, relative to the median nearness, from which on
+  /// the epipole is determined: depth in halves deviates by 0.0003, and errors of 0.01 pixels in
+  /// the motion of all samples amount to 0.03 pixels far from the plane.
   constexpr double kLeastRelief = 0.003;
   constexpr double kStill = 0.02;  // of the tolerance
   NormalEquations<3> equations;
@@ -327,7 +326,7 @@ struct SlopedNormal {
 };
 
 /// The plane through nearness, 1 / depth, around a pixel: (slope by x, slope by y, value at the
-/// centre of the picture). Nothing at edges, and on surfaces that are curved or not smooth.
+/// image centre). Nothing at edges, and on surfaces that are curved or not smooth.
 std::optional<glm::dvec3> NearnessPlane(const Image1& depth, const Image3& normal, int x, int y) {
   constexpr int kReach = 2;
   constexpr float kSameCosine = 0.99f;
@@ -370,8 +369,8 @@ std::vector<SlopedNormal> SlopedNormals(const Image1& depth, const Image3& norma
   return normals;
 }
 
-/// Two surfaces that are not parallel. The angle between them is the same by their normals and by
-/// their planes, for the right tangent.
+/// Two surfaces that are not parallel. For the correct tangent the angles between their normals and
+/// between their planes are equal.
 struct SurfacePair {
   glm::dvec3 a;  ///< planes
   glm::dvec3 b;

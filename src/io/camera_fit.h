@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the layers of a frame reveal about its camera. Every static pixel is an equation; all fits
-/// are robust (iteratively reweighted least squares), so that moving objects, mirrors and noise do
-/// not affect them as long as most pixels are neither.
+/// Estimates a frame's camera from its layers. Every static pixel gives an equation; all fits are
+/// robust (iteratively reweighted least squares): moving objects, mirrors and noise do not affect
+/// them as long as most pixels are static surfaces.
 #pragma once
 
 #include <optional>
@@ -14,13 +14,13 @@
 
 namespace stillray::io {
 
-/// The linear map that most normals follow: mapped = map * normal. It is zero in directions that
-/// the normals do not span.
+/// The linear map of most normals: mapped = map * normal. It is zero in directions that the normals
+/// do not span.
 /// \param normal  zero where there is no surface
 mat3 FitNormalMap(const Image3& normal, const Image3& mapped);
 
-/// Distances along rays as a function of view-space z: (z - start) / cosine, where the cosine
-/// belongs to the angle between ray and viewing axis, 1 / sqrt(1 + k |p - centre|^2).
+/// Distances along rays as a function of view-space z: (z - start) / cosine, with the cosine of the
+/// angle between ray and viewing axis, 1 / sqrt(1 + k |p - centre|^2).
 struct Lens {
   double k = 0;      ///< squared tangent of half the horizontal field of view; 0: parallel rays
   double start = 0;  ///< z at which distances begin: the near clipping plane
@@ -31,8 +31,8 @@ struct Lens {
 };
 
 /// \param depth     view-space z; > 0 and finite on surfaces
-/// \param distance  along the pixel's ray from the camera; > 0 where it is that of the surface, or
-///                  of what is seen in it
+/// \param distance  along the pixel's ray from the camera; > 0 where it is the distance of the
+///     surface, or of the surface reflected in it
 /// \return nothing if fewer than a third of the surfaces have a distance that fits
 std::optional<Lens> FitLens(const Image1& depth, const Image1& distance);
 
@@ -42,19 +42,19 @@ struct View {
   mat3 to_camera{1.0f};  ///< of normals, to right, down, forward; see FitNormalMap
 };
 
-/// The field of view with which surfaces have the same angles to each other by the slopes of depth
-/// as by their normals: on a plane with the camera-space normal n, 1 / z is n . (t x, t y, 1) times
-/// a constant, for the tangent t.
+/// The field of view for which the angles between surfaces by depth gradients equal those by
+/// normals: on a plane with the camera-space normal n, 1 / z is n . (t x, t y, 1) times a constant,
+/// for the tangent t.
 /// \param depth   view-space z; > 0 and finite on surfaces
 /// \param normal  towards the camera, of unit length, in any axes
-/// \return nothing if less than half of the angles agree, as with normals of something else, or if
+/// \return nothing if less than half of the angles agree, as with normals of other surfaces, or if
 ///     all surfaces are parallel
 std::optional<View> FitView(const Image1& depth, const Image3& normal);
 
 /// \param motion  pixels, as Guides::motion
-/// \return nothing if fewer than a third of the surfaces move within a tenth of a pixel like this.
-///         Before a single plane, motion at other depths is finite but arbitrary, unless nothing
-///         moves (of_one_plane)
+/// \return nothing if fewer than a third of the surfaces follow the fitted motion within 0.1
+///     pixels. If all surfaces lie in one plane, motion at other depths is finite but arbitrary,
+///     unless nothing moves (of_one_plane)
 std::optional<CameraMotion> FitCameraMotion(const Image1& depth, const Image2& motion);
 
 /// Both fits to the guides of a frame, computed at their first use.
@@ -63,13 +63,13 @@ class CameraFits {
   /// \param guides  depth, normal and motion, which may be empty; must outlive this
   explicit CameraFits(const Guides& guides)
       : CameraFits(guides.depth, guides.normal, guides.motion) {}
-  /// The same with another motion.
+  /// As above, with another motion in place of guides.motion.
   CameraFits(const Image1& depth, const Image3& normal, const Image2& motion)
       : depth_(depth), normal_(normal), motion_(motion) {}
 
-  /// Nothing if it is unknown, also at some depths alone.
+  /// Nothing if the motion is unknown at any depth.
   const std::optional<CameraMotion>& Motion();
-  /// Whether Motion() is unknown because all that stands still lies in one plane.
+  /// Whether Motion() is unknown because all static surfaces lie in one plane.
   bool SeesOnePlane();
   const std::optional<View>& FieldOfView();
 
@@ -82,8 +82,8 @@ class CameraFits {
   std::optional<std::optional<View>> view_;
 };
 
-/// The motion of an image that a surface shows and that moves along with it: that of the surface,
-/// plus what the camera adds at the image's depth.
+/// The motion of a virtual image that moves along with its surface: the surface's motion, plus the
+/// difference of the camera's motion at the depths of image and surface.
 /// \param guides  depth and motion of the surface
 /// \param image   > 0, depth of the image
 vec2 ImageMotion(const CameraMotion& camera, const Guides& guides, int x, int y, float image);

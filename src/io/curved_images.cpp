@@ -16,29 +16,29 @@
 namespace stillray::io {
 namespace {
 
-/// Slopes are fitted to 5x5 pixels that are a 640th of the picture's width apart, at least one
-/// pixel.
+/// Slopes are fitted to 5x5 pixels, spaced by 1/640 of the image width, at least one pixel.
 constexpr int kReach = 2;
 constexpr int kStepsPerWidth = 640;
-/// Least number of them that show the same surface.
+/// Minimum number of these pixels on the same surface.
 constexpr int kFewest = 12;
 /// Neighbours on one surface.
 constexpr float kSameCosine = 0.8f;
 constexpr float kSameDepth = 0.1f;
-/// Largest part of the variation of normals that their slopes may leave. Bumps leave more.
+/// Maximum fraction of the variance of normals that is not explained by their slopes; bumps exceed
+/// it.
 constexpr float kMostUnexplained = 0.25f;
-/// 2 c d between which the guess of the reflected distance begins not to matter.
+/// Range of 2 c d over which the estimate of the reflected distance becomes irrelevant.
 constexpr float kUncertain = 2;
 constexpr float kCertain = 4;
-/// Least roughness of surfaces whose light keeps the guides of the surface.
+/// Minimum roughness of surfaces whose radiance is filtered by the guides of the surface.
 constexpr float kSmooth = 0.1f;
-/// Least part of the picture.
+/// Minimum fraction of the image's pixels.
 constexpr float kLeastPart = 0.002f;
 
-/// Whether a normal turns between pixels at all: most surfaces are flat, and need no fit. The least
-/// curvature that counts is 1 / distance, and turns it by at least the pixel's angle.
+/// Whether normals differ between pixels: most surfaces are flat, and need no fit. The minimum
+/// relevant curvature is 1 / distance, which turns the normal by at least the angle of a pixel.
 bool MayBeCurved(const Guides& g, int x, int y) {
-  constexpr float kLeastAngle = 0.5f;  // of the picture: wide enough for all but telephoto lenses
+  constexpr float kLeastAngle = 0.5f;  // of the image: wide enough for all but telephoto lenses
   const float least = kLeastAngle / static_cast<float>(g.depth.width());
   const int u = x + (x > 0 ? -1 : 1);
   const int v = y + (y > 0 ? -1 : 1);
@@ -80,15 +80,15 @@ struct Slopes {
   vec3 y;
 };
 
-/// Slopes of values from their sums; those of offsets are centred already.
+/// Slopes of values from their sums; sums of offsets are already centred.
 Slopes Solve(vec3 offsets2, vec3 by_x, vec3 by_y) {
   const float determinant = offsets2.x * offsets2.z - offsets2.y * offsets2.y;
   return {(offsets2.z * by_x - offsets2.y * by_y) / determinant,
           (offsets2.x * by_y - offsets2.y * by_x) / determinant};
 }
 
-/// The largest of |normal's turn| / |way on the surface| over all directions, where the mean
-/// curvature is positive: 0 elsewhere, and for invalid values.
+/// The largest of |change of normal| / |distance on the surface| over all directions, where the
+/// mean curvature is positive; 0 elsewhere, and for invalid values.
 float LargestCurvature(const Slopes& n, const Slopes& p) {
   // Extremes of the quotient of two quadratic forms.
   const float a = dot(p.x, p.x);
@@ -170,7 +170,7 @@ class Surfaces {
   int step_;
 };
 
-/// How far the image is behind the surface, on the ray. 0: unknown.
+/// Distance of the virtual image behind the surface, along the ray. 0: unknown.
 float BehindSurface(float curvature, float distance) {
   const float certain =
       std::clamp((2 * curvature * distance - kUncertain) / (kCertain - kUncertain), 0.0f, 1.0f);
@@ -182,7 +182,7 @@ bool ShowsImage(const VirtualGuides& images, int x, int y) {
   return !images.empty() && images.depth(x, y) > 0;
 }
 
-/// Images that are known already lie in smooth surfaces.
+/// Pixels with known virtual images belong to smooth surfaces.
 Image1 RoughnessOf(const Frame& frame) {
   Image1 roughness(frame.width, frame.height);
   ForEachPixel(frame.width, frame.height, [&](int x, int y) {

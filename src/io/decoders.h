@@ -15,7 +15,7 @@
 
 namespace stillray::io {
 
-/// Rows of a picture that a task decodes at once.
+/// Rows of an image that a task decodes at once.
 inline constexpr int kDecodedRows = 64;
 
 /// PNG of any kind as linear RGB; values are decoded as sRGB, regardless of colour chunks.

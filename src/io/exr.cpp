@@ -139,7 +139,7 @@ Status CheckPart(const std::string& name, const Imf::Header& header, size_t file
                     name, WidthOf(display), HeightOf(display), WidthOf(data), HeightOf(data)));
   }
   if (header.hasTileDescription()) {
-    // OpenEXR keeps a whole row of tiles in memory; tiles far larger than the picture are rejected.
+    // OpenEXR keeps a whole row of tiles in memory; tiles far larger than the image are rejected.
     const Imf::TileDescription& tile = header.tileDescription();
     const uint64_t tile_bytes = uint64_t{tile.xSize} * tile.ySize * channels * sizeof(float);
     constexpr uint64_t kHarmlessTile = uint64_t{64} << 20;
@@ -160,7 +160,7 @@ Imf::Slice SliceOf(Imf::PixelType type, Plane<T>& plane, const ExrWindow& window
                           static_cast<size_t>(plane.stride()) * sizeof(T));
 }
 
-/// The plane moved from the data window into the display window; zero where there is no data.
+/// The plane, moved from the data window to the display window; zero where there is no data.
 template <typename T>
 Plane<T> Place(const Plane<T>& plane, const ExrWindow& data, const ExrWindow& display) {
   Plane<T> placed(static_cast<int>(WidthOf(display)), static_cast<int>(HeightOf(display)));

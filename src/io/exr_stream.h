@@ -44,7 +44,8 @@ class ExrMemoryOutput final : public Imf::OStream {
   uint64_t position_ = 0;
 };
 
-/// Starts OpenEXR's threads unless SetExrThreads did, and sets its limits. Cheap when called again.
+/// Starts OpenEXR's threads, unless SetExrThreads has, and sets its limits. Further calls are
+/// cheap.
 void PrepareOpenExr();
 
 /// \return kBadData if the bytes do not begin as an EXR file; the message names the format if it is

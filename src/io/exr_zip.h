@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Zip-compressed scan lines of OpenEXR files, by libdeflate. OpenEXR's zlib takes most of the time
-/// of writing a file, and half of that of reading one.
+/// of writing a file, and half the time of reading.
 #pragma once
 
 #include <OpenEXR/ImfFrameBuffer.h>

@@ -23,8 +23,8 @@ constexpr size_t kSpecularAlbedo = 9;
 constexpr size_t kValues = 12;
 using Values = std::array<float, kValues>;
 
-/// The known values of one level of the pyramid, times their weight; those of unknown cells are
-/// zero until the level is completed.
+/// The known values of one level of the pyramid, times their weight; unknown cells are zero until
+/// the level is completed.
 struct Level {
   explicit Level(int width, int height) : weight(width, height), id(width, height) {
     for (Image1& plane : value) {
@@ -104,7 +104,7 @@ Level HalfSize(const Level& fine) {
   return coarse;
 }
 
-/// A completed level at the centre of cell (x, y) of the next finer one, bilinearly.
+/// A completed level, bilinearly interpolated at the centre of cell (x, y) of the next finer level.
 Values Interpolate(const Level& coarse, int x, int y) {
   const float s = (static_cast<float>(x) - 0.5f) / 2;
   const float t = (static_cast<float>(y) - 0.5f) / 2;
@@ -125,7 +125,7 @@ Values Interpolate(const Level& coarse, int x, int y) {
   return sum;
 }
 
-/// Adds the next coarser level, which is complete, where weight is missing.
+/// Fills cells of low weight from the next coarser level, which is complete.
 void Complete(const Level& coarse, Level* fine) {
   ForEachPixel(fine->width(), fine->height(), [&](int x, int y) {
     const float missing = 1 - fine->weight(x, y);
@@ -164,12 +164,12 @@ bool HasFilteredLight(const Frame& frame, int x, int y) {
                      [&](const Signal& signal) { return IsLit(signal.radiance, x, y); });
 }
 
-// What a pixel without depth shows.
+// The content of a pixel without depth.
 enum : uint8_t {
-  kDark,  ///< nothing at all
+  kDark,  ///< neither background nor signals
   kBackground,
   kLight,
-  kVolume,   ///< light, but no sample met a surface
+  kVolume,   ///< radiance, but no sample hit a surface
   kSurface,  ///< it has a depth
 };
 
@@ -195,7 +195,7 @@ int CountAround(const Plane<uint8_t>& seen, uint8_t what, int radius, int x, int
   return count;
 }
 
-/// Whether a sample without light is one of a volume's, which others beside it show.
+/// Whether a pixel without radiance belongs to a volume, judged by its neighbours.
 bool IsSampleOfVolume(const Plane<uint8_t>& seen, int x, int y) {
   constexpr int kMostAround = 6;
   const uint8_t what = seen(x, y);
@@ -294,7 +294,7 @@ void FillDepth(const Plane<uint8_t>& marked, Guides* guides) {
     }
     const vec3 own = VectorAt(guides->normal, x, y);
     if (dot(own, own) > 0) {
-      return;  // some samples met a surface: the other guides are theirs
+      return;  // some samples hit a surface: the other guides are means over them
     }
     Store(filled, kNormal, x, y, &guides->normal);
     Normalise(x, y, &guides->normal);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Radiance pictures (.hdr). Source: Ward, "Real Pixels", Graphics Gems II (1991), and the file
-// format description of the Radiance manual.
+// Radiance images (.hdr). Source: Ward, "Real Pixels", Graphics Gems II (1991), and the file format
+// description of the Radiance manual.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -48,8 +48,8 @@ struct HdrHeader {
   size_t data_begin = 0;
 };
 
-/// The line that starts at *at, without its end; *at moves behind it. Nothing if there is no line
-/// end.
+/// The line that starts at *at, without its line end; *at is set to the next line. Nothing if there
+/// is no line end.
 std::optional<std::string_view> NextLine(std::string_view bytes, size_t* at) {
   const size_t end = bytes.find('\n', *at);
   if (end == std::string_view::npos || end - *at > kMaxHeaderLine) {

@@ -22,10 +22,10 @@
 namespace stillray::io {
 namespace {
 
-/// Relative difference of the depths of what both layers see.
+/// Maximum relative difference of the depths of both layers.
 constexpr float kSameImage = 0.05f;
 
-/// View-space z of the image that each pixel shows; 0 where there is none.
+/// View-space z of the virtual image at each pixel; 0 where there is none.
 Image1 ImageDepth(const Image1& hits, const Lens& lens, const Image1& depth) {
   Image1 images(depth.width(), depth.height());
   ForEachPixel(depth.width(), depth.height(), [&](int x, int y) {
@@ -43,8 +43,8 @@ Image1 ImageDepth(const Image1& hits, const Lens& lens, const Image1& depth) {
   return images;
 }
 
-/// Guides of what is reflected: normal and albedo from layers that follow mirrors, as far as they
-/// are given and describe the same image.
+/// Guides of the reflected surface: normal and albedo from the kSeen layers, where they are given
+/// and describe the same virtual image.
 class Reflected {
  public:
   Reflected(const HitLayers& layers, const Image1& images, const Frame& frame)
@@ -64,7 +64,7 @@ class Reflected {
     }
   }
 
-  /// Whether the layers describe the image that the pixel shows.
+  /// Whether the kSeen layers describe the pixel's virtual image.
   bool IsSeen(int x, int y) const {
     if (layers_.seen_depth.empty()) {
       return true;
@@ -104,7 +104,8 @@ class Reflected {
   std::optional<mat3> to_world_;
 };
 
-/// The pixel whose image each pixel shows, y * width + x, or -1; and how it moves.
+/// For each pixel, the pixel whose virtual image it takes, y * width + x, or -1; and the kind of
+/// its motion.
 struct Sources {
   Plane<int32_t> pixel;
   Plane<uint8_t> kind;
@@ -121,7 +122,7 @@ Sources NoSources(int width, int height) {
   return sources;
 }
 
-/// By the roughness of surfaces: every pixel shows its own image.
+/// With roughness: every pixel takes its own virtual image.
 Sources SourcesByRoughness(const Seen& seen, const Guides& g) {
   const int width = g.depth.width();
   Sources sources = NoSources(width, g.depth.height());
@@ -138,7 +139,7 @@ Sources SourcesByRoughness(const Seen& seen, const Guides& g) {
   return sources;
 }
 
-/// By whether neighbours agree: in planar mirrors, then in curved ones.
+/// Without roughness, where neighbours agree: in planar mirrors, then in curved mirrors.
 Sources SourcesByNeighbours(Seen seen, const Frame& frame) {
   const Guides& g = frame.guides;
   const int width = frame.width;

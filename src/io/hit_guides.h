@@ -13,11 +13,11 @@
 
 namespace stillray::io {
 
-/// Layers of what is reflected.
+/// Layers of the reflected surfaces.
 struct HitLayers {
-  Image1 distance;  ///< as ConvertHitDistance returns it
-  // As SeenLayers, each empty if it is not given. With `seen_depth` the others count only where its
-  // path is as long as that of the reflection.
+  Image1 distance;  ///< in the convention of ConvertHitDistance
+  // As SeenLayers, each empty if not given. With `seen_depth` the other layers are used only where
+  // its path length equals that of the reflection.
   Image1 seen_depth;
   Image3 seen_normal;
   Image3 seen_albedo;
@@ -25,16 +25,16 @@ struct HitLayers {
 
 /// The lens of a camera with square pixels. \return nothing without perspective
 std::optional<Lens> LensOfCamera(const CameraMatrices& camera, int width, int height);
-/// Of a centred camera. \param focal  pixels, > 0
+/// The lens of a centred camera. \param focal  pixels, > 0
 Lens LensOfFocalLength(double focal, int width);
 
-/// Sets frame->reflection, but for its motion (MoveSeenGuides), to the images that hit distances
-/// place. Where the frame has a roughness, every pixel with a hit shows one, and the denoiser
-/// decides by it (select_guides); else surfaces in which neighbours mostly see something else are
-/// rough, and show none, as for SetSeenGuides.
+/// Sets frame->reflection, except for its motion (MoveSeenGuides), from hit distances. If the frame
+/// has a roughness, every pixel with a hit gets a virtual image, and the denoiser uses it by
+/// roughness (select_guides); else surfaces whose neighbouring pixels mostly have different hits
+/// are rough, and get no virtual image, as in SetSeenGuides.
 /// \param lens    of the frame's depth
-/// \param frame   needs depth and normal; its light distinguishes lamps
-/// \param images  [out] kinds of reflections, and lens
+/// \param frame   needs depth and normal; lamps are recognised by its radiance
+/// \param images  [out] kinds of the virtual images, and lens
 void SetHitGuides(const HitLayers& layers, const Lens& lens, Frame* frame, FrameImages* images);
 
 }  // namespace stillray::io

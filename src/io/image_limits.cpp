@@ -8,7 +8,7 @@ namespace stillray::io {
 
 namespace {
 
-/// Claims below this many bytes are harmless, and headers make ratios meaningless.
+/// Sizes below this many bytes are harmless, and their ratio is dominated by the header.
 constexpr uint64_t kHarmlessBytes = uint64_t{1} << 20;
 
 }  // namespace

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Motion of what mirrors, glass and convex surfaces show.
+/// Motion of virtual images in mirrors, glass and convex surfaces.
 #pragma once
 
 #include <cstdint>
@@ -12,40 +12,39 @@
 
 namespace stillray::io {
 
-/// How an image moves.
+/// The kind of motion of a virtual image.
 enum class ImageKind : uint8_t {
-  kNone,       ///< the pixel shows none
-  kPlanar,     ///< in a planar mirror or pane: as the camera does at the image's depth
+  kNone,       ///< the pixel has no virtual image
+  kPlanar,     ///< in a planar mirror or pane: the camera's motion at the image's depth
   kReflected,  ///< in a curved mirror: by the law of reflection (ReflectedMotion)
-  kConvex,     ///< behind a convex surface: along with it, plus what the camera adds (ImageMotion)
-  kSurface,    ///< through curved glass: with the glass
+  kConvex,     ///< behind a convex surface: the surface's motion plus the camera's (ImageMotion)
+  kSurface,    ///< through curved glass: the motion of the glass
 };
 
 /// Why a file has no virtual guides, or why their motion is unknown.
 enum class NoSeenGuides : uint8_t {
-  kNone,      ///< it has some, or no mirror
-  kLens,      ///< the depth of what is seen fits no camera
-  kNormal,    ///< its normals are not those of the frame in other axes, or all are parallel
-  kMotion,    ///< the motion is not that of a camera before a mostly static scene
-  kOnePlane,  ///< all that stands still lies in one plane, so that motion at other depths is
-              ///< unknown
-  kFocal,     ///< the angle of view is unknown, by which hit distances become depths
+  kNone,    ///< it has virtual guides, or no mirror
+  kLens,    ///< the kSeen depth fits no camera
+  kNormal,  ///< the kSeen normals do not match the frame's normals in any axes, or all are parallel
+  kMotion,  ///< the motion does not fit a camera in a mostly static scene
+  kOnePlane,  ///< all static surfaces lie in one plane, so that motion at other depths is unknown
+  kFocal,     ///< the angle of view is unknown, which converts hit distances to depth
 };
 
-/// What the motion of a frame's images depends on, beside the frame.
+/// The data besides the frame that determine the motion of its virtual images.
 struct FrameImages {
   Plane<uint8_t> reflection;  ///< ImageKind of each pixel of Frame::reflection; empty: unknown
-  Plane<uint8_t> refraction;  ///< likewise of Frame::refraction
+  Plane<uint8_t> refraction;  ///< ImageKind of each pixel of Frame::refraction; empty: unknown
   Lens lens;                  ///< of the depths of kReflected
-  bool has_reflection_motion = false;          ///< the file gives that of Frame::reflection
-  NoSeenGuides missing = NoSeenGuides::kNone;  ///< why images or their motion are missing
+  bool has_reflection_motion = false;          ///< the file has the motion of Frame::reflection
+  NoSeenGuides missing = NoSeenGuides::kNone;  ///< why virtual images or their motion are missing
 };
 
 /// The motion of the camera, or why it is unknown.
 NoSeenGuides WhyUnknown(CameraFits* fits);
 
-/// Sets the motion of images.
-/// \param kinds   ImageKind of each pixel of `images`; of kNone the motion is left alone
+/// Sets the motion of virtual images.
+/// \param kinds   ImageKind of each pixel of `images`; for kNone the motion is unchanged
 /// \param lens    FrameImages::lens
 /// \param fits    to `guides`
 /// \param guides  of the surfaces, with their motion

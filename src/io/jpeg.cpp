@@ -58,7 +58,7 @@ Result<Image3> DecodeJpeg(const uint8_t* data, size_t size, const std::string& n
 }  // namespace io
 
 Result<std::string> EncodeJpeg(const Rgb8Image& image) {
-  // Above 90, where the encoder keeps the full resolution of colour.
+  // Above 90, where the encoder does not subsample chroma.
   constexpr int kQuality = 95;
   constexpr int kMost = pictures::kMaxJpegSide;
   if (image.width < 1 || image.height < 1 || image.width > kMost || image.height > kMost) {

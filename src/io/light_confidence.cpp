@@ -13,9 +13,9 @@ namespace {
 /// Half the sides of the squares around a pixel.
 constexpr int kVolumeReach = 3;
 constexpr int kMixedReach = 2;
-/// Part of the light from which on a pixel counts as one of the volume.
+/// Fraction of the radiance from which on a pixel counts as volume.
 constexpr float kWholePart = 0.25f;
-/// What is lacking of the length of normals from which on guides count as mixed, and in full.
+/// 1 minus the length of normals at which guides begin to count as mixed, and count in full.
 constexpr float kMixed = 0.05f;
 constexpr float kWhollyMixed = 0.15f;
 constexpr float kMoving = 0.25f;  ///< pixels
@@ -24,7 +24,7 @@ constexpr float kVolumePerDoubling = 0.325f;
 constexpr float kMixedPerDoubling = 0.15f;
 constexpr float kLeast = 0.35f;
 
-/// Sums over the square around each pixel, as far as it is in the picture; first along rows.
+/// Sums over the square around each pixel, clipped to the image; separable, rows first.
 /// \param value_at  of a pixel, finite
 template <typename ValueAt>
 Image1 SquareSums(int width, int height, int reach, const ValueAt& value_at) {
@@ -54,13 +54,13 @@ Image1 SumsOfLight(const Image3& light) {
   });
 }
 
-/// The length of a stored normal; 0 if it is none.
+/// The length of a stored normal; 0 if invalid.
 float LengthOf(const Image3& normal, int x, int y) {
   const float length = glm::length(VectorAt(normal, x, y));
   return std::isfinite(length) ? std::min(length, 1.0f) : 0.0f;
 }
 
-/// The confidence in a pixel that counts in full.
+/// The confidence in a pixel that counts in full as volume.
 float ConfidenceOf(const Image1& samples, int x, int y, float per_doubling) {
   const float n = samples.empty() ? 1.0f : samples(x, y);
   const float doublings = n > 1 ? std::log2(n) : 0.0f;

@@ -18,8 +18,8 @@ bool IsLossy(const ExrImage& image, const Channel& channel);
 inline constexpr float kRinging = 0.02f;
 
 /// Sets light to zero where it is negative and within kRinging of the brightest value of the same
-/// and the eight neighbouring blocks of 8x8 pixels, which is farther than the blocks of any codec
-/// reach. A firefly hides no negative light elsewhere.
+/// and the eight neighbouring blocks of 8x8 pixels, which covers the blocks of all codecs. A
+/// firefly does not hide negative radiance elsewhere.
 void RemoveRinging(Image3* light);
 
 }  // namespace stillray::io

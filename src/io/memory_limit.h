@@ -16,8 +16,7 @@ namespace stillray {
 /// is lower. 0: unknown.
 int64_t AvailableMemory();
 
-/// Memory that a command takes for one EXR file, measured and rounded up, including its largest
-/// step.
+/// Memory of a command for one EXR file, measured and rounded up, including its peak.
 struct ExrCost {
   int64_t bytes_per_pixel = 0;
   int64_t bytes_per_channel = 0;  ///< and pixel

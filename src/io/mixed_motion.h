@@ -10,12 +10,11 @@
 
 namespace stillray::io {
 
-/// Makes the motion of pixels unknown that is a mean over surfaces which move differently: at the
-/// outline of a moving object, by the pixel filter or a lens. It is the motion of none of them, and
-/// what the pixel shows of the surface behind was elsewhere. Such a pixel has the motion of fewer
-/// than three of the eight pixels around it, within half a pixel; a sharp outline has that of more
-/// on either side. The outermost pixels stay.
-/// \return the number of these pixels
+/// Marks motion as unknown at pixels where it is an average over surfaces that move differently: at
+/// silhouettes of moving objects, due to the pixel filter or a lens. The average is the motion of
+/// neither surface. Such a pixel agrees within half a pixel with fewer than three of its eight
+/// neighbours; at a sharp silhouette pixels agree with more. The outermost pixels are unchanged.
+/// \return the number of marked pixels
 int64_t ForgetMixedMotion(Image2* motion);
 
 }  // namespace stillray::io

@@ -21,7 +21,7 @@ namespace io {
 
 namespace {
 
-/// The header of a PNG file whose size is sane.
+/// The header of a PNG file, with a plausible size.
 Result<pictures::PngHeader> CheckedHeader(std::span<const uint8_t> file, const std::string& name,
                                           uint64_t bytes_per_pixel) {
   const Result<pictures::PngHeader> header = pictures::ReadPngHeader(file);
@@ -30,7 +30,7 @@ Result<pictures::PngHeader> CheckedHeader(std::span<const uint8_t> file, const s
   }
   STILLRAY_RETURN_IF_ERROR(CheckImageSize(name, header->width, header->height));
   const uint64_t pixels = uint64_t{header->width} * header->height;
-  // Pictures of one bit pack eight pixels into a byte before compression.
+  // One-bit images pack eight pixels into a byte before compression.
   STILLRAY_RETURN_IF_ERROR(CheckDecodedSize(name, pixels * bytes_per_pixel, file.size(),
                                             8 * bytes_per_pixel * kMaxDeflateRatio));
   return header;

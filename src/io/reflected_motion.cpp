@@ -11,7 +11,7 @@
 namespace stillray::io {
 namespace {
 
-/// The camera of the previous frame: the point that its projection maps to no place.
+/// The position of the previous camera: the point without a projection (null space of its matrix).
 glm::dvec3 LastEye(const CameraMotion& camera, const Lens& lens) {
   const glm::dmat4x3& map = camera.map;
   const glm::dvec3 v = -glm::inverse(glm::dmat3(map[0], map[1], map[2])) * map[3];
@@ -31,7 +31,8 @@ vec2 Between(const vec2 (&corner)[2][2], vec2 f) {
          f.y * ((1 - f.x) * corner[1][0] + f.x * corner[1][1]);
 }
 
-/// The step to where a bilinear function is zero, from its value and slopes at a place of its cell.
+/// The Newton step to the zero of a bilinear function, from its value and slopes at a position in
+/// its cell.
 vec2 StepToZero(const vec2 (&corner)[2][2], vec2 f) {
   const vec2 value = Between(corner, f);
   const vec2 a = (1 - f.y) * (corner[0][1] - corner[0][0]) + f.y * (corner[1][1] - corner[1][0]);
@@ -100,7 +101,7 @@ std::optional<ReflectedMotion::Cell> ReflectedMotion::CellAt(int x, int y, int u
 std::optional<vec2> ReflectedMotion::At(int x, int y, float seen) const {
   constexpr int kSteps = 5;
   constexpr float kPrecision = 0.02f;   // pixels
-  constexpr float kLongestStep = 0.1f;  // of the picture's width
+  constexpr float kLongestStep = 0.1f;  // fraction of the image width
   const float longest = kLongestStep * static_cast<float>(guides_.depth.width());
   const Target target = TargetOf(x, y, seen);
   vec2 at(x, y);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Motion of what curved mirrors show.
+/// Motion of the virtual images in curved mirrors.
 #pragma once
 
 #include <optional>
@@ -12,12 +12,12 @@
 
 namespace stillray::io {
 
-/// Finds where a mirror showed a point of the scene one frame ago. The point follows from the
-/// surface and the length of the path; the place of the mirror that showed it then is where the
-/// normal halves the angle between the point and the camera of that frame (law of reflection).
-/// That place is searched among the pixels around, whose points and normals are known, by Newton's
-/// method. The mirror and the point count as static, but for the motion of the mirror's surface in
-/// the picture.
+/// Finds the pixel at which a mirror reflected a point of the scene one frame ago. The point
+/// follows from the surface and the path length; its reflection one frame ago was at the position
+/// of the mirror where the normal bisects the directions to the point and to the previous camera
+/// (law of reflection). Newton's method finds that position among the neighbouring pixels, whose
+/// positions and normals are known. Mirror and point are assumed static, except for the image-space
+/// motion of the mirror's surface.
 class ReflectedMotion {
  public:
   /// \param guides     depth, normal, id and motion; must outlive this
@@ -26,14 +26,14 @@ class ReflectedMotion {
   ReflectedMotion(const Guides& guides, const Lens& lens, const CameraMotion& camera,
                   const mat3& to_camera);
 
-  /// \param seen  depth of what the pixel sees, as view-space z on the unfolded path; may be
+  /// \param seen  depth of the reflected point, as view-space z on the unfolded path; may be
   ///     infinite
-  /// \return pixels from (x, y) to where the same was seen in the previous frame; nothing if that
-  ///     is on no pixel of the same surface
+  /// \return pixels from (x, y) to the reflection of the same point in the previous frame; nothing
+  ///     if that is not on a pixel of the same surface
   std::optional<vec2> At(int x, int y, float seen) const;
 
  private:
-  /// A point of the scene, and two axes of the surface that shows it.
+  /// A point of the scene, and two axes of the surface that reflects it.
   struct Target {
     vec3 point;
     vec3 axis_x;
@@ -48,7 +48,7 @@ class ReflectedMotion {
   vec3 PointAt(int x, int y) const;
   vec3 NormalAt(int x, int y) const;
   Target TargetOf(int x, int y, float seen) const;
-  /// The deviation from the law of reflection along both axes, twice as long.
+  /// Twice the deviation from the law of reflection along both axes.
   vec2 DeviationAt(int x, int y, const Target& target) const;
   /// The cell whose first pixel is (u, v); nothing if it leaves the surface at (x, y).
   std::optional<Cell> CellAt(int x, int y, int u, int v, const Target& target) const;

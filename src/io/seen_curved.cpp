@@ -11,13 +11,13 @@ namespace stillray::io {
 namespace {
 
 constexpr int kFewestPixels = 32;
-/// Least part of a patch's pixels around which the image is smooth. Measured: metal of roughness
-/// 0.2 has at most 0.07 (1 to 16 samples), chrome at least 0.24, glass balls 0.38, a glass head
-/// 0.07 to 0.23, which is better off without.
+/// Minimum fraction of a patch's pixels around which the virtual image is smooth. Measured: metal
+/// of roughness 0.2 has at most 0.07 (1 to 16 samples), chrome at least 0.24, glass balls 0.38, a
+/// glass head, which is better without virtual guides, 0.07 to 0.23.
 constexpr float kLeastSmoothOfMirrors = 0.12f;
 constexpr float kLeastSmoothOfGlass = 0.3f;
 
-/// Depths of what four consecutive pixels see, and whether they see one surface.
+/// Seen depths of four consecutive pixels, and whether they are of one surface.
 struct DepthRun {
   std::array<float, 4> depth{};
   bool is_complete = false;
@@ -56,7 +56,7 @@ bool IsSmooth(const DepthRun& run) {
              std::max(kPrecision * d[1], kLargestChange * std::abs(next + second));
 }
 
-/// Directions in which what is seen around a pixel is smooth; -1 if few are known.
+/// Number of directions in which the virtual image around a pixel is smooth; -1 if few are known.
 int SmoothDirections(const Seen& seen, const Patches& patches, int x, int y) {
   constexpr int kDirections[4][2] = {{1, 0}, {0, 1}, {1, 1}, {1, -1}};
   constexpr int kFewest = 3;
@@ -92,15 +92,15 @@ bool IsSupported(const Seen& seen, const Patches& patches, bool refracted, int x
                    : support.same > 0;
 }
 
-constexpr int32_t kNone = -1;     ///< the pixel shows no image
-constexpr int32_t kUnknown = -2;  ///< its source is not found yet
+constexpr int32_t kNone = -1;     ///< the pixel has no virtual image
+constexpr int32_t kUnknown = -2;  ///< the source is not yet determined
 
 bool HasSource(const Patches& patches, const Plane<int32_t>& sources, int x, int y, int u, int v) {
   return u >= 0 && v >= 0 && u < sources.width() && v < sources.height() &&
          patches.Of(u, v) == patches.Of(x, y) && sources(u, v) >= 0;
 }
 
-/// How many neighbours of a pixel see what pixel `candidate` sees.
+/// Number of neighbours of a pixel with the seen surface of pixel `candidate`.
 int Votes(const Seen& seen, const Patches& patches, const Plane<int32_t>& sources, int x, int y,
           int32_t candidate) {
   const int width = sources.width();
@@ -114,7 +114,7 @@ int Votes(const Seen& seen, const Patches& patches, const Plane<int32_t>& source
   return votes;
 }
 
-/// That of the sources of the neighbours which most of them agree with, or kUnknown.
+/// The source among those of the neighbours with which most neighbours agree, or kUnknown.
 int32_t CommonSource(const Seen& seen, const Patches& patches, const Plane<int32_t>& sources, int x,
                      int y) {
   int32_t best = kUnknown;

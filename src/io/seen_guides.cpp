@@ -20,8 +20,8 @@
 namespace stillray::io {
 namespace {
 
-/// Relative difference of depth between a surface and what is seen in it. At the foot of a mirror
-/// both agree, and so do their guides.
+/// Minimum relative difference of depth between a surface and its virtual image. At the foot of a
+/// mirror both depths agree, and so do their guides.
 constexpr float kOtherDepth = 0.01f;
 
 void SetVector(vec3 value, int x, int y, Image3* image) {
@@ -30,12 +30,12 @@ void SetVector(vec3 value, int x, int y, Image3* image) {
   }
 }
 
-/// View-space z of what a pixel sees.
+/// View-space z of the seen surface of a pixel.
 double DepthOfSeen(const SeenLayers& layers, const Lens& lens, int x, int y) {
   return lens.DepthOf(static_cast<double>(layers.depth(x, y)), PixelPoint(layers.depth, x, y));
 }
 
-/// Depth and normal of what is seen, where it is not the surface itself.
+/// Depth and normal of the seen surface, where it is not the visible surface itself.
 Seen FindSeen(const SeenLayers& layers, const Lens& lens, const mat3& to_world, const Guides& g) {
   const int width = g.depth.width();
   const int height = g.depth.height();
@@ -68,7 +68,7 @@ void MakePlanes(int width, int height, VirtualGuides* guides, Plane<uint8_t>* ki
   *kinds = Plane<uint8_t>(width, height);
 }
 
-/// Planes in which nothing shows an image.
+/// Planes without any virtual image.
 void MakeImages(Frame* frame, FrameImages* images) {
   MakePlanes(frame->width, frame->height, &frame->reflection, &images->reflection);
   if (!frame->guides.transmission_albedo.empty()) {
@@ -80,7 +80,7 @@ bool HasImage(const Plane<uint8_t>& kinds) {
   return AnyPixel(kinds, [](uint8_t kind) { return kind != 0; });
 }
 
-/// The normals of pixels in which nothing else is seen; others are zero.
+/// The normals of pixels without virtual images; zero elsewhere.
 Image3 OwnNormals(const SeenLayers& layers, const Lens& lens, const Guides& g) {
   const int width = g.depth.width();
   const int height = g.depth.height();
@@ -94,15 +94,15 @@ Image3 OwnNormals(const SeenLayers& layers, const Lens& lens, const Guides& g) {
   return own;
 }
 
-/// Adds the direction that no normal has, if the normals have two others. It is mirrored: worlds
-/// are right-handed, and Cycles' camera, with z into the scene, is left-handed.
+/// Completes the map in the third direction if the normals span only two. The map is mirrored:
+/// world space is right-handed, and Cycles' camera space, with z into the scene, is left-handed.
 mat3 Completed(const mat3& map) {
   const mat3 cofactors(glm::cross(map[1], map[2]), glm::cross(map[2], map[0]),
                        glm::cross(map[0], map[1]));
   return map - cofactors;
 }
 
-/// From layers to the frame.
+/// Conversion of the layers to the frame's conventions.
 struct SeenFit {
   Lens lens;
   mat3 to_world{1.0f};
@@ -122,7 +122,7 @@ NoSeenGuides Fit(const SeenLayers& layers, const Guides& g, SeenFit* fit) {
   return NoSeenGuides::kNone;
 }
 
-/// Guides of what pixels see.
+/// Guides of the pixels' seen surfaces.
 class Images {
  public:
   Images(const SeenLayers& layers, const Seen& seen, Frame* frame, FrameImages* images)
@@ -136,7 +136,7 @@ class Images {
     return SeenAlbedoAt(layers_.albedo, g.specular_albedo, ReflectedLightAt(frame_, x, y), x, y);
   }
 
-  /// Depth and normal are those that pixel `from` sees.
+  /// Depth and normal are taken from pixel `from`.
   void Set(bool refracted, ivec2 from, vec3 albedo, ImageKind kind, int x, int y) {
     VirtualGuides& to = refracted ? frame_.refraction : frame_.reflection;
     to.depth(x, y) = seen_.depth(from.x, from.y);
@@ -152,8 +152,8 @@ class Images {
   FrameImages& images_;
 };
 
-/// Images in planar mirrors and panes of glass.
-/// \return 1 on surfaces that show one
+/// Virtual images in planar mirrors and panes of glass.
+/// \return 1 on surfaces with a virtual image
 Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, Seen* seen, Frame* frame,
                                  FrameImages* set) {
   const Guides& g = frame->guides;
@@ -176,7 +176,7 @@ Plane<uint8_t> SetImagesOfPlanes(const SeenLayers& layers, Seen* seen, Frame* fr
   return taken;
 }
 
-/// The mean albedo of neighbours that see what pixel `from` sees.
+/// The mean albedo of neighbours with the same seen surface as pixel `from`.
 vec3 MeanAlbedo(const Images& images, const Seen& seen, const Plane<int32_t>& sources,
                 bool refracted, ivec2 from, int x, int y) {
   vec3 sum(0.0f);
@@ -193,8 +193,8 @@ vec3 MeanAlbedo(const Images& images, const Seen& seen, const Plane<int32_t>& so
   return count > 0 ? sum / count : images.AlbedoAt(refracted, from.x, from.y);
 }
 
-/// Images in curved mirrors and glass. What is seen through glass moves with it: its path is not
-/// known.
+/// Virtual images in curved mirrors and glass. Images behind glass get the motion of the glass, as
+/// the refracted path is unknown.
 void SetImagesOfCurves(const SeenLayers& layers, const Plane<uint8_t>& taken, Seen seen,
                        Frame* frame, FrameImages* set) {
   const Guides& g = frame->guides;

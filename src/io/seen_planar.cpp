@@ -8,15 +8,15 @@
 namespace stillray::io {
 namespace {
 
-/// Normals of one plane. They have the precision of halves.
+/// Minimum cosine of normals of one plane, in the precision of halves.
 constexpr float kFlatCosine = 0.9999f;
-/// Least part of a surface's pixels that lie on its plane, and that see what their neighbours see.
+/// Minimum fraction of a patch's pixels that lie on its plane, and agree with their neighbours.
 constexpr float kLeastPlanar = 0.8f;
 constexpr float kLeastCoherent = 0.8f;
 constexpr int kLeastPixels = 32;
 
-/// The neighbour on the same patch that sees what most pixels around it see, and at least `least`
-/// of them. (-1, -1) if there is none.
+/// The neighbour on the same patch that agrees with most of its own neighbours, at least `least`.
+/// (-1, -1) if there is none.
 ivec2 CommonNeighbour(const Seen& seen, const Patches& patches, int x, int y, int least) {
   ivec2 best = {-1, -1};
   int most = least - 1;
@@ -32,7 +32,7 @@ ivec2 CommonNeighbour(const Seen& seen, const Patches& patches, int x, int y, in
   return best;
 }
 
-/// Neighbours of a pixel that see what `other` sees.
+/// Neighbours of a pixel with the same seen surface as `other`.
 int Agreement(const Seen& seen, int x, int y, ivec2 other) {
   int same = 0;
   for (const auto& [dx, dy] : kNeighbourOffsets) {
@@ -43,7 +43,7 @@ int Agreement(const Seen& seen, int x, int y, ivec2 other) {
   return same;
 }
 
-/// Whether two pixels see one colour.
+/// Whether the seen albedos of two pixels agree.
 bool SeesColour(const Seen& seen, int x, int y, int u, int v) {
   constexpr float kOtherColour = 0.15f;
   const vec3 a = VectorAt(seen.albedo, x, y);
@@ -53,9 +53,9 @@ bool SeesColour(const Seen& seen, int x, int y, int u, int v) {
          kOtherColour * (glm::length(a) + glm::length(b));
 }
 
-/// A neighbour whose colour nearly all neighbours see and the pixel does not; (-1, -1) if there is
-/// none. A floor that is reflected by a pane stands in the unfolded space where it is seen through
-/// it, with other tiles.
+/// A neighbour whose seen albedo agrees with nearly all neighbours, but not with the pixel; (-1,
+/// -1) if there is none. A tiled floor reflected by a pane coincides, in unfolded space, with the
+/// floor behind the pane, but with other tiles.
 ivec2 NeighbourOfOtherColour(const Seen& seen, int x, int y) {
   constexpr int kNearlyAll = 6;
   const auto is_same = [&](int x0, int y0, int u, int v) {
@@ -107,7 +107,7 @@ ivec2 PlanarSource(const Seen& seen, const Patches& patches, bool other_lobe, in
     return other.x >= 0 ? other : ivec2(x, y);
   }
   const ivec2 source = CommonNeighbour(seen, patches, x, y, kMost);
-  // What a pixel sees that has no guides, as in glass within a mirror, is unknown at edges.
+  // At edges the seen surface of a pixel without guides, as in glass within a mirror, is unknown.
   const bool unknown =
       seen.depth(x, y) == 0 && source.x >= 0 && Agreement(seen, x, y, source) < kAgreed;
   return unknown ? ivec2(-1, -1) : source;

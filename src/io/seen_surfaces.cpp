@@ -18,7 +18,7 @@ float LightAt(const Frame& frame, SignalKind direct, SignalKind indirect, int x,
   return sum;
 }
 
-/// Albedos below are those of the mirror's edge, or noise.
+/// Smaller albedos belong to the mirror's edge, or are noise.
 constexpr float kLeastAlbedo = 0.02f;
 
 }  // namespace
@@ -99,7 +99,7 @@ int32_t Patches::Root(int32_t i) {
   return i;
 }
 
-/// Union and find over the neighbours to the left and above.
+/// Union-find over the left and upper neighbours.
 void Patches::Join(const Guides& g, const Image1& seen) {
   std::iota(patch_.begin(), patch_.end(), 0);
   const auto join = [&](int x, int y, int u, int v) {
@@ -121,7 +121,7 @@ void Patches::Join(const Guides& g, const Image1& seen) {
   }
 }
 
-/// Numbers the sets from 0. Their roots come before their other pixels.
+/// Numbers the sets from 0. Roots precede the other pixels of their sets.
 void Patches::Number(const Image1& seen) {
   std::vector<int32_t> number(patch_.size(), -1);
   for (int y = 0; y < height_; ++y) {
@@ -139,7 +139,7 @@ void Patches::Number(const Image1& seen) {
   patch_ = std::move(number);
 }
 
-/// A pixel that sees nothing, or something invalid, belongs to the patch that surrounds it.
+/// A pixel without a valid seen surface belongs to the patch that surrounds it.
 void Patches::FillGaps(const Guides& g) {
   constexpr int kMost = 5;
   std::vector<int32_t> filled = patch_;
@@ -148,7 +148,7 @@ void Patches::FillGaps(const Guides& g) {
       return;
     }
     int32_t patch = -1;
-    int votes = 0;  // as many as of the patch's pixels less those of others (Boyer and Moore)
+    int votes = 0;  // pixels of the patch minus pixels of others (Boyer-Moore majority vote)
     for (const auto& [dx, dy] : kNeighbourOffsets) {
       const int u = x + dx;
       const int v = y + dy;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Surfaces that show something else, reflected or through them, as sets of connected pixels.
+/// Surfaces with virtual images, reflected or transmitted, as sets of connected pixels.
 #pragma once
 
 #include <cstddef>
@@ -14,9 +14,9 @@
 
 namespace stillray::io {
 
-/// What each pixel sees.
+/// The seen surface of each pixel: the first rough surface after mirrors and glass.
 struct Seen {
-  Image1 depth;   ///< as view-space z; infinite: the sky; 0: the surface itself, or invalid
+  Image1 depth;   ///< view-space z; infinite: the sky; 0: the visible surface itself, or invalid
   Image3 normal;  ///< in world space
   const Image3& albedo;
 };
@@ -33,10 +33,10 @@ inline bool IsInside(const Image1& plane, int x, int y) {
   return x >= 0 && y >= 0 && x < plane.width() && y < plane.height();
 }
 
-/// Least cosine of the normals of one seen surface.
+/// Minimum cosine between normals of one seen surface.
 inline constexpr float kSeenCosine = 0.9f;
 
-/// Whether two pixels see one surface.
+/// Whether two pixels have the same seen surface.
 bool SeesSame(const Seen& seen, int x, int y, int u, int v);
 
 /// Whether two pixels are on one surface, by its own guides: the same id if there is any, depth
@@ -47,22 +47,22 @@ using SameSurface = bool (*)(const Guides& guides, int x, int y, int u, int v);
 bool OnSamePlane(const Guides& guides, int x, int y, int u, int v);
 bool OnSameCurve(const Guides& guides, int x, int y, int u, int v);
 
-/// The albedo of what is seen, without the throughput of the path. That of a lamp contains what it
-/// emits; above 1 it is as much as the pixel's light confirms.
-/// \param mirror  albedo of the surface that shows it; may be empty
+/// The albedo of the seen surface, without the path throughput. The albedo of a lamp includes its
+/// emission; above 1 it is limited by the pixel's radiance.
+/// \param mirror  albedo of the mirror; may be empty
 vec3 SeenAlbedoAt(const Image3& albedo, const Image3& mirror, vec3 light, int x, int y);
 
-/// The normal of a lamp is negated: no filter takes it and what is beside it for one surface, and
-/// its radiance, by which the light is divided, multiplies no other light.
+/// The normal of a lamp is negated, so that no filter joins it with adjacent surfaces, whose
+/// radiance would else be multiplied by the lamp's albedo.
 vec3 SeenNormal(vec3 normal, vec3 albedo);
 
-/// The specular light of a pixel.
+/// The specular radiance of a pixel.
 vec3 ReflectedLightAt(const Frame& frame, int x, int y);
 
-/// Surfaces in which something else is seen.
+/// Patches: connected pixels of surfaces with virtual images.
 class Patches {
  public:
-  /// \param seen  depth of what is seen, 0 where nothing else is
+  /// \param seen  depth of the seen surface, 0 without a virtual image
   Patches(const Guides& guides, const Image1& seen, SameSurface same);
 
   /// The patch of a pixel, or -1.
@@ -101,26 +101,26 @@ void ForEachPatchPixel(const Patches& patches, const Image1& depth, std::vector<
 /// Neighbours of a pixel on its patch.
 struct Support {
   int neighbours = 0;
-  int known = 0;  ///< those of them that see something
-  int same = 0;   ///< ... what the pixel sees
+  int known = 0;  ///< number of them with a seen surface
+  int same = 0;   ///< number of them with the pixel's seen surface
 };
 Support SupportOf(const Seen& seen, const Patches& patches, int x, int y);
 
-/// Which images a layer describes.
+/// Which virtual images a layer describes.
 enum class SeenLobes : uint8_t {
-  kEither,     ///< reflected or refracted, whichever is brighter by the albedos
+  kEither,     ///< reflected or refracted, whichever has the larger albedo
   kReflected,  ///< reflected, also in glass
 };
 
-/// What a patch is.
+/// The properties of a patch.
 struct PatchKind {
   bool shows_image = false;
-  bool refracted = false;  ///< more light comes through it than is reflected
+  bool refracted = false;  ///< more light is transmitted than reflected
 };
 
-/// Pixels whose path took the other lobe of their surface: the only sample was reflected by glass
-/// through which one looks, or the reverse. It has light of that lobe alone, and its layers follow
-/// it. Clears what they see.
+/// Clears the seen surface of pixels whose path took the other lobe of their surface: the only
+/// sample was reflected by glass that is otherwise transmissive, or the reverse. Its radiance and
+/// layers belong to that lobe alone.
 Plane<uint8_t> DropOtherLobes(const Frame& frame, const Patches& patches,
                               const std::vector<PatchKind>& kinds, Seen* seen);
 

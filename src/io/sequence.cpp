@@ -135,7 +135,7 @@ bool HasWildCards(const std::string& name) {
   return name.find_first_of("*?") != std::string::npos;
 }
 
-/// The folder and pattern that a user's name refers to.
+/// The folder and pattern of a name given by the user.
 struct NamedPlace {
   fs::path folder;
   std::string shown;  ///< the folder as typed, with its slash; empty for the current one

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Finds the files of a sequence on disk from the name that a user types.
+/// Finds the files of a sequence on disk from the name given by the user.
 #pragma once
 
 #include <cstdint>
@@ -20,11 +20,11 @@ struct FrameFile {
   std::string path;
 };
 
-/// File extensions, in lower case and with their dot, that a folder or a wild card matches.
+/// File extensions, in lower case and with their dot, that match in a folder or by a wild card.
 using FileEndings = std::span<const std::string_view>;
 
-/// Whether the file name is that of a sequence: it has marks of a frame number (see IsFramePattern)
-/// or the wild cards '*' and '?'.
+/// Whether the file name denotes a sequence: it contains a frame number pattern (see
+/// IsFramePattern) or the wild cards '*' and '?'.
 bool IsSequenceName(const std::string& path);
 
 /// The name of a sequence to write, with marks in place of wild cards: '*' becomes "####", a run of

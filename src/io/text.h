@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text of files, made safe for messages.
+/// Text from files, made safe for messages.
 #pragma once
 
 #include <string>

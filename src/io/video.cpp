@@ -32,13 +32,13 @@ namespace io {
 namespace {
 
 constexpr int kMaxVideoSide = 16384;  // x264's limit
-/// How frames are divided among threads depends on their number; a fixed number makes the bytes the
-/// same on every machine.
+/// The encoder's output depends on the number of threads; a fixed number makes files identical on
+/// all machines.
 constexpr const char* kEncoderThreads = "4";
 /// Near the threshold of visible loss.
 constexpr const char* kQuality = "16";
-/// Of x264. "medium" takes 2.5 times as long, beside the frames that are rendered meanwhile, and
-/// its files are as large.
+/// Preset of x264. "medium" takes 2.5 times as long while frames are rendered in parallel, and its
+/// files are as large.
 constexpr const char* kPreset = "veryfast";
 
 /// The descriptor of ffmpeg's output file.
@@ -118,8 +118,8 @@ int OpenAgain(int fd) {
   return again >= 0 ? again : ::fcntl(fd, F_DUPFD_CLOEXEC, 0);
 }
 
-/// The name under which ffmpeg opens its output: the open file itself, since in a folder that
-/// others may write to, its path could lead elsewhere by then. Without /proc, the path.
+/// The name under which ffmpeg opens its output: the open file itself, since in a folder writable
+/// by others the path could be replaced meanwhile. Without /proc, the path.
 std::string OutputName(const std::string& path) {
   const std::string by_descriptor = fmt::format("/proc/self/fd/{}", kOutputDescriptor);
   return ::access("/proc/self/fd", X_OK) == 0 ? by_descriptor : path;
@@ -141,8 +141,8 @@ std::vector<std::string> Arguments(const std::string& output, int width, int hei
 }
 
 /// Starts ffmpeg with `input` as its standard input, in its own process group: Ctrl-C must reach
-/// the calling program, which then closes the file properly. If that program is killed, ffmpeg ends
-/// with its input.
+/// the calling program, which then closes the file properly. If that program is killed, ffmpeg
+/// exits at the end of its input.
 int Spawn(const std::vector<std::string>& arguments, int input, int output, int messages,
           pid_t* pid) {
   posix_spawn_file_actions_t actions;
@@ -247,8 +247,8 @@ class FfmpegWriter final : public VideoWriter {
     const int exit_status = Reap();
     struct stat info {};
     const bool written = ::fstat(file_.get(), &info) == 0 && info.st_size > 0;
-    // -1: another part of this process reaped the child; then the file decides. ffmpeg ends with 0
-    // also where the last bytes of the file could not be written.
+    // -1: another part of this process reaped the child; then the file is checked instead. ffmpeg
+    // returns 0 even if the last bytes of the file could not be written.
     if (exit_status > 0 || !written || !messages_.WriteFailure().empty() ||
         (exit_status < 0 && !messages_.Explanation().empty())) {
       status_ = Failure(0, exit_status);

@@ -16,20 +16,21 @@ namespace stillray::motion {
 namespace {
 
 constexpr int kIterations = 12;
-/// Albedo and normal. Depth changes with the camera, ids are no measure of a place.
+/// Albedo and normal. Depth changes with the camera, and ids do not localise.
 constexpr int kCompared = 6;
-/// At most about this many pixels, those with the strongest gradients in parts of rows.
+/// Approximate maximum number of compared pixels: those with the strongest gradient in each part of
+/// a row.
 constexpr int64_t kMostPixels = 1 << 15;
 /// Squared gradient per pixel below which a pixel is not compared.
 constexpr float kLeastGradient2 = 1e-4f;
 constexpr int64_t kFewestPixels = 200;
-/// Squared difference with a quarter of the weight, as a multiple of the median: what moves by
-/// itself, outlines, and highlights in guides.
+/// Squared difference at which the weight is 1/4, as a multiple of the median: reduces moving
+/// objects, silhouettes, and highlights in guides.
 constexpr float kOutlier2 = 4.0f;
 constexpr float kLeastOutlier2 = 1e-5f;
-/// Steps end when no pixel moves by more than this, in pixels.
+/// Iterations end when no pixel moves by more than this, in pixels.
 constexpr double kConverged = 1e-3;
-/// A result farther away from the start than this, in pixels, has lost it.
+/// A result farther from the start than this, in pixels, has diverged.
 constexpr double kFarthest = 1.0;
 
 using Unknowns = std::array<double, 11>;
@@ -54,7 +55,7 @@ float Gradient2(const GuideLevel& level, int x, int y) {
   return sum;
 }
 
-/// Row by row; of every few pixels the one with the strongest gradient.
+/// Per row, of every few pixels the one with the strongest gradient.
 std::vector<Sample> PickSamples(const GuideLevel& now, const Image1& depth) {
   const int width = now.width();
   const int height = now.height();
@@ -80,7 +81,7 @@ std::vector<Sample> PickSamples(const GuideLevel& now, const Image1& depth) {
   return samples;
 }
 
-/// Values between pixels, bilinear, and their change per pixel.
+/// Bilinearly interpolated values, and their gradients per pixel.
 struct Warped {
   std::array<float, kCompared> value;
   std::array<float, kCompared> by_x;
@@ -115,7 +116,8 @@ Warped WarpedAt(const GuideLevel& level, float u, float v) {
   return warped;
 }
 
-/// One pixel under a motion: the difference of its guides and how that changes with the map.
+/// One pixel under a motion: the difference of its guides, and the derivative by the entries of the
+/// map.
 struct Residual {
   bool valid = false;
   float square = 0;
@@ -123,7 +125,7 @@ struct Residual {
   std::array<Unknowns, kCompared> by_map{};
 };
 
-/// Change of a place with the entries of the map but the one that belongs to w and 1.
+/// Derivative of a position by the entries of the map, except the constant entry of w.
 std::array<Unknowns, 2> PlaceByMap(const glm::dvec4& from, const glm::dvec3& moved) {
   std::array<Unknowns, 2> by_map{};
   for (size_t c = 0; c < 2; ++c) {
@@ -211,9 +213,9 @@ class Alignment {
     return *middle;
   }
 
-  /// The step of the unknowns that reduces the differences most.
+  /// The Gauss-Newton step of the unknowns.
   Unknowns Step(const CameraMotion& camera, float outlier2) const {
-    // Sums of parts of the pixels, so that the bits do not depend on threads.
+    // Partial sums over fixed sets of pixels, so that results do not depend on threads.
     std::vector<NormalEquations<11>> parts((samples_.size() + kPart - 1) / kPart);
     ParallelRows(static_cast<int>(parts.size()), 1, [&](int p0, int p1) {
       for (int p = p0; p < p1; ++p) {
@@ -230,7 +232,7 @@ class Alignment {
     return sum.Solve(1e-12);
   }
 
-  /// The longest way of a pixel from one motion to the other, in pixels.
+  /// The maximum difference of both motions over all pixels, in pixels.
   double Difference(const CameraMotion& a, const CameraMotion& b) const {
     double most = 0;
     for (size_t i = 0; i < samples_.size(); i += samples_.size() / 64 + 1) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The motion of the camera, exact to hundredths of a pixel, from antialiased guides. Motion that
-/// is matched patch by patch is too short by several per cent where guides have noise. The edges of
-/// guides of one sample per pixel are jagged, and mislead by more than that.
+/// The motion of the camera from antialiased guides, with an error of hundredths of a pixel. Patch
+/// matching underestimates motion by several per cent if guides are noisy. Guides of one sample per
+/// pixel have jagged edges, which cause larger errors.
 #pragma once
 
 #include "io/camera_fit.h"
@@ -12,15 +12,14 @@
 
 namespace stillray::motion {
 
-/// Improves the motion of a camera until colours and normals of still surfaces differ least:
-/// robust least squares over the picture by Gauss and Newton, with the means of both frames'
-/// gradients, whose steps converge by the second order (Benhimane and Malis 2004, Real-time
-/// image-based tracking of planes using efficient second-order minimization).
-/// The same bits for any number of threads.
+/// Refines the motion of a camera to minimise differences of albedo and normals on static surfaces:
+/// robust least squares over the image, Gauss-Newton with the mean of both frames' gradients, which
+/// converges quadratically (Benhimane and Malis 2004, Real-time image-based tracking of planes
+/// using efficient second-order minimization). Results do not depend on the number of threads.
 /// \param now     smoothed guides of this frame (GuidePyramid::levels)
-/// \param before  of the frame before, of the same size
+/// \param before  smoothed guides of the previous frame, of the same size
 /// \param depth   of this frame
-/// \param start   right within about a pixel
+/// \param start   initial motion, with an error of at most about one pixel
 /// \return `start` if the guides have too little structure
 CameraMotion AlignCamera(const GuideLevel& now, const GuideLevel& before, const Image1& depth,
                          const CameraMotion& start);

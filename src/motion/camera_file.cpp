@@ -28,7 +28,7 @@ using Json = nlohmann::json;
 constexpr size_t kMaxFileBytes = size_t{1} << 28;
 constexpr int64_t kMaxSide = 1 << 16;
 constexpr int64_t kVersion = 1;
-/// Types of cameras. A matrix describes the first two alone; programs have others without one.
+/// Types of cameras. Only the first two have a projection matrix.
 constexpr const char* kPerspective = "perspective";
 constexpr const char* kOrthographic = "orthographic";
 constexpr const char* kPanoramic = "panoramic";
@@ -49,7 +49,7 @@ std::string Shown(const Json& value) {
   return text;
 }
 
-/// Reads the members of one object; `where` is its place in the file.
+/// Reads the members of one object; `where` is its location in the file, for messages.
 class Reader {
  public:
   Reader(const Json& object, std::string name, std::string where)
@@ -123,7 +123,7 @@ class Reader {
     return Status::Ok();
   }
 
-  /// \param rule  what the row means, for messages
+  /// \param rule  description of the row, for messages
   Status CheckLastRow(const char* key, const glm::dmat4& matrix, const glm::dvec4& row,
                       const char* rule) const {
     for (int column = 0; column < 4; ++column) {
@@ -167,10 +167,11 @@ std::array<double, 16> ForRowVectors(const glm::dmat4& matrix) {
   return entries;
 }
 
-/// World to camera by time, in frames from that of the camera.
+/// World-to-camera matrices by time, in frames relative to the camera's frame.
 using Poses = std::map<double, glm::dmat4>;
 
-/// \param middle  [out] of the shutter, in frames from that of the camera; 0 without one
+/// \param middle  [out] of the shutter, in frames relative to the camera's frame; 0 without a
+///     shutter
 Status ReadShutter(const Reader& reader, double* middle) {
   double shutter[2] = {};
   if (reader.Has("shutter")) {
@@ -189,7 +190,7 @@ Status ReadPose(const Reader& reader, glm::dmat4* pose) {
                              "the fourth column is the translation");
 }
 
-/// Adds the poses while the shutter is open. \param where  the place of the camera in the file
+/// Adds the poses while the shutter is open. \param where location of the camera in the file
 Status ReadMotion(const Reader& reader, const std::string& where, Poses* poses) {
   if (!reader.Has("motion")) {
     return Status::Ok();
@@ -212,8 +213,8 @@ Status ReadMotion(const Reader& reader, const std::string& where, Poses* poses) 
   return Status::Ok();
 }
 
-/// A pose between two others, of a camera that moves and turns steadily.
-/// \param part  of the way
+/// Interpolates between two poses with constant velocity and angular velocity.
+/// \param part  of the way, 0..1
 glm::dmat4 Between(const glm::dmat4& from, const glm::dmat4& to, double part) {
   const auto eye = [](const glm::dmat4& pose) { return glm::dvec3(glm::inverse(pose)[3]); };
   const glm::dquat turn =
@@ -224,7 +225,7 @@ glm::dmat4 Between(const glm::dmat4& from, const glm::dmat4& to, double part) {
   return pose;
 }
 
-/// Whether a matrix rotates and translates alone, as cameras without scale do.
+/// Whether a matrix consists of rotation and translation, without scale.
 bool IsRigid(const glm::dmat4& pose) {
   constexpr double kSlack = 1e-3;
   const glm::dmat3 rotation(pose);
@@ -238,8 +239,8 @@ bool IsRigid(const glm::dmat4& pose) {
   return worst < kSlack && glm::determinant(rotation) > 0;
 }
 
-/// The pose at a time; that of the frame itself if no poses surround the time, or if they are
-/// scaled, which has no steady way between.
+/// The pose at a time; the frame's own pose if no poses surround the time, or if they are scaled,
+/// which cannot be interpolated.
 glm::dmat4 PoseAt(const Poses& poses, double time) {
   const auto after = poses.lower_bound(time);
   if (after == poses.end() || (after == poses.begin() && after->first != time)) {
@@ -274,7 +275,7 @@ Status CheckClipping(const Reader& reader, bool perspective) {
   return Status::Ok();
 }
 
-/// \param where  the place of the camera in the file, for messages
+/// \param where  location of the camera in the file, for messages
 Result<std::optional<CameraMatrices>> ParseFrame(const Reader& reader, const std::string& where) {
   const Json type = reader.Has("type") ? reader.At("type") : Json();
   if (!type.is_string()) {

@@ -17,10 +17,10 @@ namespace stillray::motion {
 struct CameraFile {
   std::string name;       ///< of the file, for messages
   uint64_t checksum = 0;  ///< of its text
-  int width = 0;          ///< of the pictures
+  int width = 0;          ///< of the images, pixels
   int height = 0;
-  /// By frame, in the middle of the shutter. Empty for panoramic and other cameras that no matrix
-  /// describes.
+  /// By frame, in the middle of the shutter. Empty for cameras without a projection matrix, such as
+  /// panoramic cameras.
   std::map<int64_t, std::optional<CameraMatrices>> frames;
 
   /// \return kNotFound if the file lacks the frame

@@ -22,21 +22,22 @@
 namespace stillray::motion {
 namespace {
 
-/// Distances of guides above this are not those of one place on a surface.
+/// Distances of guides above this belong to different points.
 constexpr float kDiffers = 0.1f;
-/// If fewer surfaces than this differ under the motion of the camera, nothing moves by itself.
+/// If a smaller fraction of the surfaces differs under the motion of the camera, no object moves.
 constexpr double kLeastDiffering = 2e-4;
-/// Matching must explain the surroundings of a pixel by this much better than the camera's motion.
+/// Maximum ratio, and minimum difference, of the distances under matching and under the camera's
+/// motion, in the neighbourhood of a pixel.
 constexpr float kFarBetter = 0.6f;
 constexpr float kBetterBy = 0.01f;
 constexpr int kRadius = 3;  ///< of the surroundings
-/// kUnexplained as a multiple of the median, which is the noise of guides with motion blur.
+/// kUnexplained as a multiple of the median, which measures the noise of guides with motion blur.
 constexpr float kUnexplainedPart = 3.0f;
 
-/// Without a camera: if more of the picture than this is unknown, the rest matches by chance.
+/// Without a camera: if a larger fraction of the image is unknown, the rest matches by chance.
 constexpr double kMostUnknown = 0.6;
 
-/// Row by row, so that the bits do not depend on threads.
+/// Row by row, so that results do not depend on threads.
 double MeanOf(const Image1& image) {
   double sum = 0;
   for (int y = 0; y < image.height(); ++y) {
@@ -54,7 +55,7 @@ void Shift(vec2 by, Image2* motion) {
   }
 }
 
-/// Two frames while their motion is estimated. All motion here leads from pixel to pixel, with
+/// The state of an estimation for two frames. All motion here is from pixel to pixel, including
 /// jitter.
 class Estimate {
  public:
@@ -87,7 +88,7 @@ class Estimate {
   GuidePyramid now_;
   GuidePyramid before_;
   Image2 base_;    ///< of the camera; zero if it is unknown
-  bool has_base_;  ///< whether still surfaces move so
+  bool has_base_;  ///< whether `base_` is the motion of static surfaces
   bool found_camera_ = false;
   CameraMotion camera_;  ///< if it was found
   Image1 base_distances_;
@@ -117,7 +118,8 @@ bool Estimate::IsInside(int x, int y, vec2 motion) const {
          v <= static_cast<float>(height_ - 1);
 }
 
-/// How much each pixel differs from where its motion leads. 0 without a surface.
+/// The distance of each pixel's guides from those at the position given by its motion. 0 without a
+/// surface.
 Image1 Estimate::DistancesOf(const Image2& motion) const {
   Image1 distances(width_, height_);
   ForEachPixel(width_, height_, [&](int x, int y) {
@@ -130,7 +132,7 @@ Image1 Estimate::DistancesOf(const Image2& motion) const {
   return distances;
 }
 
-/// Means over the pixels around that show the same object.
+/// Means over the neighbouring pixels of the same object.
 Image1 Estimate::Surroundings(const Image1& distances) const {
   Image1 means(width_, height_);
   ForEachPixel(width_, height_, [&](int x, int y) {
@@ -151,7 +153,7 @@ Image1 Estimate::Surroundings(const Image1& distances) const {
   return means;
 }
 
-/// Whether hardly any surface that stays in the picture differs.
+/// Whether almost no surface that stays in the image differs.
 bool Estimate::Explains(const Image2& motion, const Image1& distances) const {
   std::vector<std::pair<int64_t, int64_t>> rows(static_cast<size_t>(height_));
   ForEachPixel(width_, height_, [&](int x, int y) {
@@ -170,7 +172,7 @@ bool Estimate::Explains(const Image2& motion, const Image1& distances) const {
   return static_cast<double>(differing) <= kLeastDiffering * static_cast<double>(surfaces);
 }
 
-/// Motion of pixels that are clearly seen, not a number elsewhere.
+/// Motion of pixels with enough structure; NaN elsewhere.
 Image2 Certain(const Matched& matched, const Image1& agreement) {
   constexpr float kAgreed = 0.9f;
   Image2 certain(agreement.width(), agreement.height());
@@ -182,8 +184,8 @@ Image2 Certain(const Matched& matched, const Image1& agreement) {
   return certain;
 }
 
-/// The motion of the camera as most of the picture reveals it: of several sizes of the picture that
-/// under which the guides differ least. Small ones are robust, large ones exact.
+/// The camera's motion, fitted to most of the image: the fit with the smallest difference of guides
+/// among several image sizes. Small sizes are robust, large sizes accurate.
 void Estimate::FindCamera() {
   double least = CostOf(base_);
   const size_t coarsest = std::min<size_t>(2, now_.levels.size() - 1);
@@ -200,8 +202,8 @@ void Estimate::FindCamera() {
   }
 }
 
-/// Mean squared difference of the pixels, of each at most that of an outlier. Finer than distances:
-/// between pixels.
+/// Mean squared difference of the pixels, each limited to that of an outlier. More accurate than
+/// distances: interpolated between pixels.
 double Estimate::CostOf(const Image2& motion) const {
   constexpr float kOutlier = 0.02f;
   Image1 costs(width_, height_);
@@ -231,7 +233,7 @@ void Estimate::Use(const CameraMotion& camera) {
   base_distances_ = DistancesOf(base_);
 }
 
-/// The motion of the camera once more, in full size.
+/// Refines the motion of the camera at full size.
 void Estimate::RefineCamera() {
   double least = CostOf(base_);
   for (const int thinning : {1, 2}) {
@@ -242,15 +244,15 @@ void Estimate::RefineCamera() {
       Adopt(*camera, &least);
     }
   }
-  // Its cost is no measure: between pixels noise is less, so that motion by half pixels costs
-  // least.
+  // The cost is biased: interpolation between pixels reduces noise, so that half-pixel motion has
+  // the lowest cost.
   if (input_.antialiased) {
     Use(AlignCamera(now_.levels[0], before_.levels[0], g_.depth, camera_));
   }
 }
 
-/// Whether guides would show it if the picture had moved: if not, they are no proof that it stands
-/// still.
+/// Whether guides have enough structure to detect motion of the image: if not, equal guides do not
+/// prove that it is static.
 bool Estimate::ShowsMotion() const {
   constexpr float kShift = 2.0f;  // pixels
   for (const vec2& shift : {vec2(kShift, 0), vec2(0, kShift)}) {
@@ -292,8 +294,8 @@ float MedianOf(const Image1& image) {
   return *middle;
 }
 
-/// The motion of a pixel whose guides no motion explains. In hair and at outlines guides are random
-/// whatever the motion, and a history by the likeliest is better than none.
+/// The motion of a pixel whose guides match under no motion. In hair and at silhouettes guides are
+/// random, and a history along the most likely motion is better than none.
 /// \param nearer  guides differ less under the matched motion than under the camera's
 void Estimate::Guess(int x, int y, bool nearer) {
   const vec2 guess = nearer ? At(matched_.motion, x, y) : At(base_, x, y);
@@ -301,7 +303,7 @@ void Estimate::Guess(int x, int y, bool nearer) {
   Set(has_base_ ? guess : UnknownMotion(width_, height_), x, y, &field_.motion);
 }
 
-/// The motion of each pixel by itself.
+/// The motion of each pixel, independent of others.
 void Estimate::Choose() {
   const Image1 base = Surroundings(base_distances_);
   const Image1 matched = Surroundings(matched_distances_);

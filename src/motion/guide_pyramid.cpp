@@ -11,16 +11,18 @@
 namespace stillray::motion {
 namespace {
 
-/// The smaller side of the coarsest level is at least this long.
+/// Minimum length of the shorter side of the coarsest level, in pixels.
 constexpr int kLeastSide = 20;
 
-/// Textures tell places apart better than shapes, whose neighbours often have similar normals.
+/// Weight of albedo: textures localise better than shapes, where neighbours often have similar
+/// normals.
 constexpr float kAlbedoScale = 2.0f;
 constexpr float kNormalScale = 0.7f;
-/// Of the natural logarithm: a depth edge of 10 % counts like a difference of albedo of 0.05.
+/// Weight of the natural logarithm of depth: a depth edge of 10 % counts like an albedo difference
+/// of 0.05.
 constexpr float kDepthScale = 1.0f;
 constexpr float kIdScale = 0.5f;
-/// Depth of what has no surface, as a logarithm: differs from all surfaces, whatever the unit.
+/// Logarithmic depth of pixels without a surface: differs from all surfaces in any unit.
 constexpr float kNoSurface = 12.0f;
 constexpr float kMostDepth = 11.0f;
 
@@ -62,8 +64,8 @@ void FillFinest(const Guides& guides, GuideLevel* level) {
   level->FillBorder();
 }
 
-/// Means with weights 1 2 1 in both directions: guides of one sample have jagged edges, between
-/// whose steps nothing can be aligned.
+/// Binomial filter 1 2 1 in both directions: guides of one sample have jagged edges, which prevent
+/// sub-pixel alignment.
 GuideLevel Smoothed(const GuideLevel& sharp) {
   constexpr float kWeights[3] = {0.25f, 0.5f, 0.25f};
   GuideLevel smooth(sharp.width(), sharp.height());
@@ -87,8 +89,8 @@ GuideLevel Smoothed(const GuideLevel& sharp) {
   return smooth;
 }
 
-/// Half the size: means of 4 x 4 pixels with weights 1 3 3 1, whose centres lie between pixels as
-/// those of the smaller picture do.
+/// Half the size: means of 4x4 pixels with weights 1 3 3 1, centred on the pixels of the smaller
+/// image.
 GuideLevel Halved(const GuideLevel& fine) {
   constexpr float kWeights[4] = {0.125f, 0.375f, 0.375f, 0.125f};
   GuideLevel coarse((fine.width() + 1) / 2, (fine.height() + 1) / 2);

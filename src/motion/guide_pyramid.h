@@ -12,18 +12,18 @@
 
 namespace stillray::motion {
 
-/// Albedo (3), normal (3), logarithm of depth, and a number made of the id.
+/// Albedo (3), normal (3), logarithm of depth, and a hash of the id.
 inline constexpr int kChannels = 8;
-/// Channels before these are compared as they are, those from here on without their mean over a
-/// patch: normals turn with objects, and depth changes with the distance.
+/// Lower channels are compared directly, channels from here on after subtraction of the patch mean:
+/// normals rotate with objects, and depth changes with the distance.
 inline constexpr int kFirstMeanFree = 3;
 inline constexpr int kEndMeanFree = 7;
 
-/// One size. The picture is surrounded by copies of its outermost pixels, so that patches that lie
-/// partly outside need no tests.
+/// One level. The image is surrounded by copies of its outermost pixels, so that patches partly
+/// outside need no tests.
 class GuideLevel {
  public:
-  /// Pixels around the picture.
+  /// Width of the border around the image, in pixels.
   static constexpr int kBorder = 12;
 
   GuideLevel() = default;
@@ -32,7 +32,8 @@ class GuideLevel {
   int width() const { return width_; }
   int height() const { return height_; }
   size_t bytes() const { return values_.size() * sizeof(float); }
-  /// Channels of the pixel, and those of the pixels to the right of it; may lie in the border.
+  /// Channels of the pixel, followed by the channels of the pixels to its right; the pixel may be
+  /// in the border.
   const float* At(int x, int y) const { return values_.data() + Index(x, y); }
   float* At(int x, int y) { return values_.data() + Index(x, y); }
   /// Copies the outermost pixels to the border.
@@ -50,26 +51,25 @@ class GuideLevel {
   std::vector<float> values_;
 };
 
-/// The guides in full size and in halves of it.
+/// The guides at full size and at successively halved sizes.
 struct GuidePyramid {
-  GuideLevel sharp;                ///< the guides as they are
+  GuideLevel sharp;                ///< the unsmoothed guides
   std::vector<GuideLevel> levels;  ///< smoothed, the finest first; at least one
 
   size_t bytes() const;
 };
 
-/// The guides as they are.
+/// Converts guides to the unsmoothed full-size level.
 /// \param guides  depth and normal; albedo and id are optional. Invalid values count as zero
 GuideLevel MakeLevel(const Guides& guides);
 GuidePyramid MakePyramid(GuideLevel sharp);
 
-/// How differently two pixels look: the sum of the differences of their channels, at most
-/// kMostDistance.
+/// The distance of two pixels: the sum of the differences of their channels, at most kMostDistance.
 float DistanceOf(const float* a, const float* b);
 inline constexpr float kMostDistance = 1.0f;
 
-/// The distance of pixel (x, y) of `now` to the most similar of the up to four pixels around (u, v)
-/// in `before`: guides of one sample are not interpolated. kMostDistance outside of the picture.
+/// The smallest distance of pixel (x, y) of `now` to the up to four pixels around (u, v) in
+/// `before`: guides of one sample are not interpolated. kMostDistance outside of the image.
 float DistanceTo(const GuideLevel& now, int x, int y, const GuideLevel& before, float u, float v);
 
 }  // namespace stillray::motion

@@ -18,28 +18,28 @@ constexpr int kStride = 4;  ///< pixels from one patch to the next: four patches
 constexpr int kPatchPixels = kPatch * kPatch;
 constexpr int kPatchRowsPerTask = 4;
 
-/// Weight of pixels that differ from the middle of the patch in id, or in depth by more than
-/// kOtherDepth: outlines still tell where a plain object is.
+/// Weight of pixels that differ from the patch centre in id, or in depth by more than kOtherDepth:
+/// silhouettes still localise plain objects.
 constexpr float kOtherWeight = 0.2f;
 constexpr float kOtherDepth = 0.05f;
 constexpr int kIterations = 10;
 constexpr float kStill = 0.01f;  ///< pixels; smaller steps end the iteration
-/// Added to the diagonal of the normal equations, per unit of weight: where nothing is seen, motion
-/// stays what it was.
+/// Added to the diagonal of the normal equations, per unit of weight: without structure, motion is
+/// unchanged.
 constexpr float kRidge = 2e-4f;
-/// Another motion must reduce the mean squared difference by this part and this much.
+/// Another motion must reduce the mean squared difference by this fraction and by this amount.
 constexpr float kBetter = 0.95f;
 constexpr float kBetterBy = 1e-6f;
-/// Mean squared difference above which no motion fits, and the surroundings are searched.
+/// Mean squared difference above which a motion does not fit, and the neighbourhood is searched.
 constexpr float kUnexplained = 4e-3f;
-/// ... and what is found there must fit by this much better: textures repeat.
+/// Maximum cost ratio of a searched motion to the old one, since textures repeat.
 constexpr float kFound = 0.4f;
-/// ... also than at any other place of the search that is not next to it.
+/// Distance beyond which all other searched positions must fit worse by kFound.
 constexpr float kNotNext = 2.5f;  // pixels
 constexpr int kReach = 6;         ///< of the search, in pixels of the level
 constexpr int kRounds = 2;        ///< in which motion spreads to neighbours
 
-/// The channels of a patch, with what does not change while it is aligned.
+/// The channels of a patch, and the terms that are constant during its alignment.
 struct Template {
   alignas(64) float values[kPatchPixels][kChannels];
   alignas(64) float by_x[kPatchPixels][kChannels];
@@ -57,7 +57,7 @@ constexpr bool IsMeanFree(int channel) {
   return channel >= kFirstMeanFree && channel < kEndMeanFree;
 }
 
-/// Weighted means over the patch of the channels that lose theirs.
+/// Weighted means over the patch, of the channels from which the mean is subtracted.
 void MeansOf(const float (&values)[kPatchPixels][kChannels], const Template& t, float* means) {
   std::fill_n(means, kChannels, 0.0f);
   for (int i = 0; i < kPatchPixels; ++i) {
@@ -114,14 +114,14 @@ void MakeTemplate(const GuideLevel& level, int x0, int y0, Template* t) {
   }
 }
 
-/// The result of placing a patch somewhere.
+/// The result of evaluating a patch at a position.
 struct Fit {
   float cost = 0;  ///< mean squared difference
   float x = 0;     ///< right side of the normal equations
   float y = 0;
 };
 
-/// \param place  of the patch's first pixel in `before`
+/// \param place  position of the patch's first pixel in `before`
 Fit Compare(const Template& t, const GuideLevel& before, vec2 place) {
   constexpr float kEdge = GuideLevel::kBorder;
   const float px =
@@ -171,7 +171,7 @@ Fit Compare(const Template& t, const GuideLevel& before, vec2 place) {
   return fit;
 }
 
-/// One patch of a level, and the best motion known for it.
+/// One patch of a level, and its best motion so far.
 struct Patch {
   vec2 motion{0.0f};
   float cost = 0;
@@ -197,7 +197,7 @@ class PatchMatcher {
 
   Fit At(vec2 motion) const { return Compare(template_, before_, at_ + motion); }
 
-  /// Replaces the motion by another if that fits clearly better.
+  /// Replaces the motion by another one that fits clearly better.
   bool Try(vec2 motion, Patch* patch) const {
     const float cost = At(motion).cost;
     if (!IsBetter(cost, patch->cost)) {
@@ -208,7 +208,7 @@ class PatchMatcher {
     return true;
   }
 
-  /// Gauss and Newton, held by a weak spring at the motion where it begins. Keeps the best of all
+  /// Gauss-Newton with a weak regularisation towards the initial motion. Keeps the best of all
   /// steps.
   void Refine(Patch* patch) const {
     const float ridge = kRidge * template_.total;
@@ -242,8 +242,8 @@ class PatchMatcher {
     }
   }
 
-  /// Searches the surroundings, by steps of two pixels and then of one. False if nothing fits
-  /// clearly better than all else.
+  /// Searches the neighbourhood, in steps of two pixels and then of one. False if no position fits
+  /// clearly better than all others.
   bool Search(Patch* patch) const {
     constexpr int kSteps = kReach / 2;
     constexpr int kSide = 2 * kSteps + 1;
@@ -303,7 +303,7 @@ class PatchGrid {
   Image1 Structure() const;
 
  private:
-  /// The middle of a patch is that of the kStride x kStride pixels of its own.
+  /// The centre of a patch is the centre of its kStride x kStride pixels.
   static int FirstPixel(int i) { return i * kStride + kStride / 2 - kPatch / 2; }
   size_t Index(int column, int row) const {
     return static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column);
@@ -318,7 +318,7 @@ class PatchGrid {
   std::vector<Patch> patches_;
 };
 
-/// Motion of a pixel of this level, from a picture of this size or of half of it.
+/// Motion of a pixel of this level, from a plane of this size or of half of it.
 vec2 MotionAt(const Image2& motion, int x, int y, int divisor) {
   const int u = std::clamp(x / divisor, 0, motion.width() - 1);
   const int v = std::clamp(y / divisor, 0, motion.height() - 1);
@@ -359,7 +359,7 @@ void PatchGrid::Match(const Image2& coarse, const Image2& start, bool searches) 
   });
 }
 
-/// Patches try the motion that their neighbours had before this round.
+/// Patches try the motion of their neighbours before this round.
 void PatchGrid::Spread() {
   const std::vector<Patch> last = patches_;
   constexpr int kNeighbours[4][2] = {{-1, 0}, {1, 0}, {0, -1}, {0, 1}};
@@ -397,8 +397,8 @@ void PatchGrid::Spread() {
   });
 }
 
-/// The motion of one pixel: of the patches around it, the mean of those that agree with the one
-/// that fits best, weighted by how well they fit.
+/// The motion of one pixel: the mean over the surrounding patches that agree with the best one,
+/// weighted by their fit.
 Image2 PatchGrid::Dense() const {
   constexpr float kAgreed = 1.0f;      // pixels
   constexpr float kCostFloor = 1e-4f;  // of noise
@@ -453,7 +453,7 @@ Image1 PatchGrid::Structure() const {
   return structure;
 }
 
-/// Motion in half the size: that of one of four pixels, as a mean of two surfaces is neither's.
+/// Motion at half the size: of one of four pixels, as a mean over two surfaces is wrong for both.
 Image2 HalvedMotion(const Image2& motion) {
   Image2 half((motion.width() + 1) / 2, (motion.height() + 1) / 2);
   for (int c = 0; c < 2; ++c) {
@@ -517,7 +517,7 @@ Matched MatchPyramids(const GuidePyramid& now, const GuidePyramid& before, const
 }
 
 Image1 AgreementOf(const Image2& forth, const Image2& back) {
-  // Errors of half a pixel are those of jagged outlines.
+  // Tolerance of half a pixel for jagged silhouettes.
   constexpr float kAgreed = 0.5f;
   constexpr float kDisagreed = 1.5f;
   constexpr float kPart = 0.05f;  // of the length of the motion

@@ -15,17 +15,17 @@ namespace stillray::motion {
 namespace {
 
 constexpr int kLeastPixels = 64;
-/// Part of the pixels of an object that must move by themselves for it to move as a whole, ...
+/// Minimum fraction of an object's pixels that move for a rigid motion of the object.
 constexpr double kLeastMoving = 0.05;
-/// ... and below which its other pixels stand still: jagged textures that repeat match elsewhere
-/// too.
+/// Fraction of moving pixels below which the other pixels are static: jagged, repeating textures
+/// match elsewhere too.
 constexpr double kStill = 0.25;
-/// Without ids: the same for the pixels within kStillRadius.
+/// Without ids: this fraction for the pixels within kStillRadius.
 constexpr int kStillRadius = 8;
 constexpr int kStillPart = 4;
-/// The motion of an object as a whole explains it by this much better than the camera's.
+/// Maximum ratio of the cost of a rigid motion to that of the camera's motion.
 constexpr double kObjectBetter = 0.7;
-/// ... and hardly worse than that of its single pixels.
+/// Maximum ratio of the cost of a rigid motion to that of matching, and slack per pixel.
 constexpr double kObjectWorse = 1.25;
 constexpr double kObjectSlack = 0.005;
 
@@ -39,14 +39,14 @@ struct Box {
   int moving = 0;
 };
 
-/// The pixels of an object in the picture around it.
+/// The pixels of an object, in its bounding rectangle.
 struct Cutout {
-  Image1 depth;   ///< 0 where something else is seen
-  Image2 motion;  ///< not a number where it is uncertain
+  Image1 depth;   ///< 0 at pixels of other objects
+  Image2 motion;  ///< NaN where it is uncertain
 };
 
-/// How an object differs under a motion: squared differences between pixels, and distances as in
-/// DistanceTo, both summed over its pixels.
+/// The differences of an object under a motion, summed over its pixels: squared differences with
+/// interpolation, and distances as in DistanceTo.
 struct Misfit {
   double squares = 0;
   double distances = 0;
@@ -115,9 +115,9 @@ Misfit Objects::MisfitOf(const Cutout& cutout, const Box& box, const Image2& mot
   return sum;
 }
 
-/// Each point of a rigid object moves like one of a still scene before another camera. Of fits to
-/// the matched motion in several sizes, the one under which the object differs least is used, if it
-/// explains the object better than the camera does.
+/// A rigid object moves like a static scene under another camera. Of fits to the matched motion at
+/// several sizes, the one with the smallest difference is used, if it fits the object better than
+/// the camera's motion.
 void Objects::MoveObject(uint32_t id, const Box& box) {
   const Cutout cutout = Cut(id, box);
   std::optional<Image2> best;
@@ -175,7 +175,7 @@ void Objects::StandStill(int x, int y) {
   }
 }
 
-/// Single pixels that seem to move by themselves stand still.
+/// Isolated pixels with independent motion are treated as static.
 void Objects::RemoveSpecks() {
   Image1 sums(width_, height_);  // of the pixels of a row within the radius
   const auto moves = [&](int x, int y) { return field_->source(x, y) != kBase; };

@@ -27,8 +27,7 @@ Status Damaged(const char* reason) {
 
 /// Whether the data after the first scan's header contains the end marker. Versions of stb_image
 /// differ: some reject truncated files, some fill the missing part with grey and report success.
-/// Segments before the scan are skipped, as a thumbnail in one of them has an end marker of its
-/// own.
+/// Segments before the scan are skipped, since a thumbnail in them has its own end marker.
 bool IsComplete(std::span<const uint8_t> file) {
   size_t at = 2;
   while (at + 4 <= file.size()) {
@@ -91,7 +90,7 @@ Result<JpegPixels> DecodeJpeg(std::span<const uint8_t> file, const JpegHeader& h
 }
 
 Result<std::string> EncodeJpeg(int width, int height, std::span<const uint8_t> rgb, int quality) {
-  // Called from C, which no exception may pass.
+  // Called from C: must not throw.
   struct Output {
     std::string bytes;
     bool out_of_memory = false;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// JPEG files in memory (stb_image, stb_image_write): reads baseline and progressive ones, for
-/// input pictures and textures; writes baseline ones. Messages do not name the file; callers put
-/// its name before them.
+/// JPEG files in memory (stb_image, stb_image_write): reads baseline and progressive files, for
+/// input images and textures; writes baseline files. Messages do not name the file; callers prepend
+/// the name.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ struct JpegHeader {
   int height = 0;
 };
 
-/// The size that the file claims; check it before the pixels are decoded.
+/// The size in the file's header; check it before decoding.
 /// \return kBadData if the file is damaged, kUnsupported from 2 GiB on
 Result<JpegHeader> ReadJpegHeader(std::span<const uint8_t> file);
 
@@ -36,7 +36,7 @@ Result<JpegPixels> DecodeJpeg(std::span<const uint8_t> file, const JpegHeader& h
 /// The largest width and height of a JPEG file (ITU-T T.81, B.2.2).
 inline constexpr int kMaxJpegSide = 65535;
 
-/// A baseline RGB file in YCbCr with full resolution of colour.
+/// Encodes RGB as a baseline file in YCbCr without chroma subsampling.
 /// \param rgb      width * height * 3 bytes, rows from the top
 /// \param quality  91..100
 /// \return kInternal if stb_image_write fails, kOutOfMemory

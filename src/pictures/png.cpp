@@ -22,15 +22,15 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// PNG, 5.2 and 11.2.2: the signature, then the header chunk, whose bytes have fixed places.
+/// PNG, 5.2 and 11.2.2: the signature, then the header chunk, whose bytes have fixed positions.
 constexpr std::string_view kSignature = "\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR"sv;
 constexpr size_t kSignatureBytes = 8;
 constexpr size_t kWidthAt = 16;
 constexpr size_t kHeightAt = 20;
 constexpr size_t kBitDepthAt = 24;
 constexpr size_t kHeaderBytes = 33;
-/// Of libdeflate. Dithered pictures hardly compress beyond what the lowest level finds: level 3
-/// takes 2.5 times as long for files that are 3.5 % smaller, level 6 five times for 6 %.
+/// Compression level of libdeflate. Higher levels hardly reduce dithered images: level 3 takes 2.5
+/// times as long for files that are 3.5 % smaller, level 6 five times for 6 %.
 constexpr int kCompressionLevel = 1;
 /// PNG, 9.2: each byte is predicted from its left, upper and upper left neighbours. Files are 4 to
 /// 13 % smaller than with any other single filter; a filter for each row of its own gains less
@@ -40,7 +40,7 @@ constexpr int kEncodedRows = 32;
 constexpr size_t kRgb = 3;
 /// PNG, 7.1: the length of a chunk is below 2^31.
 constexpr size_t kLargestChunk = size_t{1} << 30;
-/// Room for the signature and the chunks beside the pixels.
+/// Bytes for the signature and the chunks besides the pixels.
 constexpr size_t kOtherBytes = 128;
 /// Texts and colour profiles are not used; larger chunks are discarded.
 constexpr size_t kMaxChunkBytes = size_t{1} << 26;

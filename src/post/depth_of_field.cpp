@@ -16,13 +16,13 @@
 namespace stillray::post {
 namespace {
 
-/// Pixels that are gathered together, in a loop that compilers vectorise: a part of one row. The
+/// Number of pixels of a row that are gathered together, in a loop that compilers vectorise. The
 /// last run of a row ends in the border.
 constexpr int kRun = 32;
-/// Side of the squares of which the largest radius is known.
+/// Side of the tiles with a known maximum radius.
 constexpr int kTile = 32;
 
-/// All pixels, with a border as wide as the largest blur and a run.
+/// Planes with a border as wide as the maximum blur plus one run.
 struct Taps {
   Image3 light;
   Image1 order;    ///< signed circle of confusion: grows with depth
@@ -91,7 +91,7 @@ float ReachOfTile(const Image1& tiles, int tx, int ty, float max_radius) {
   return reach;
 }
 
-/// Sums of the pixels of a run, channel by channel: weight, then light.
+/// Sums for the pixels of a run, by channel: weight, then radiance.
 struct RunSums {
   using Row = std::array<float, kRun>;
   std::array<Row, 4> front = {};
@@ -115,7 +115,7 @@ void AddTaps(const Taps& taps, int x0, int y, int dx, int dy, RunSums* __restric
   for (int i = 0; i < kRun; ++i) {
     const float behind = order[i] - own_order[i];
     const Sides sides = SidesOf(behind);
-    // Nothing from behind reaches further than the pixel's own blur.
+    // Background does not reach further than the pixel's own blur.
     const float smaller = std::min(radius[i], own_radius[i]);
     const float denser = std::max(density[i], own_density[i]);
     const float reach = behind > 0.0f ? smaller : radius[i];
@@ -197,7 +197,7 @@ float PixelsPerTangent(int height, double yfov) {
 }
 
 float CircleOfConfusion(const ThinLens& lens, float depth) {
-  // Differences of radii decide what is in front: they must be finite.
+  // Differences of radii determine the depth order: they must be finite.
   constexpr float kMost = 1e30f;
   const float tangents = lens.radius * (1.0f / lens.focus - InverseDepth(depth));
   const float pixels = tangents * lens.pixels_per_tangent;
@@ -218,7 +218,7 @@ Status DepthOfField(const ThinLens& lens, const Image1& depth, Image3* colour) {
       for (int x = 0; x < colour->width(); x += kRun) {
         const float reach = ReachOfTile(tiles, x / kTile, y / kTile, lens.max_radius);
         if (reach <= kSharpRadius) {
-          continue;  // everything near is sharp
+          continue;  // all neighbours are sharp
         }
         const int count = std::min(kRun, colour->width() - x);
         RunSums sums;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the effects share: checks of the images, and light and depth without values that would
+/// Code common to the effects: checks of the images, and removal of non-finite values that would
 /// spread.
 #pragma once
 

@@ -1,14 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What lies before what, for effects that gather: each pixel spreads its light evenly over its own
-/// blur (a disc, or the path of a point), and a picture's pixel is put together of three layers of
-/// its neighbours, those in front of it, those beside it, and those behind.
+/// Depth order for gathering effects: each pixel spreads its radiance evenly over its own blur (a
+/// disc, or the path of a point), and the result is composited from three layers of neighbours: in
+/// front of the pixel, on its surface, and behind it.
 ///
-/// The shares of a pixel that the layers cover add up, from the front, until the pixel is full:
-/// pieces of one surface, of which some are a little nearer than others, then cover it exactly
-/// once. What is hidden behind a blurred edge is not in the picture: it is made of the neighbours
-/// that lie behind, as far away as the edge is blurred.
+/// The coverages of the layers are added from the front until the pixel is full, so that parts of
+/// one surface with slightly different depths cover it exactly once. The background hidden by a
+/// blurred edge is not in the image: it is reconstructed from neighbours behind, within the blur of
+/// the edge.
 #pragma once
 
 #include <algorithm>
@@ -19,16 +19,15 @@ inline float Clamp01(float x) {
   return std::min(std::max(x, 0.0f), 1.0f);
 }
 
-/// The radius of a sharp pixel: its light stays in its own pixel.
+/// The radius of a sharp pixel: its radiance stays in the pixel.
 inline constexpr float kSharpRadius = 0.5f;
 
-/// The part of a pixel that a blur of this radius covers at a distance, with an edge one pixel
-/// wide.
+/// The coverage of a pixel by a blur of this radius at a distance, with an edge one pixel wide.
 inline float Coverage(float radius, float distance) {
   return Clamp01(radius + 0.5f - distance);
 }
 
-/// To which layer a tap belongs; the three shares add up to 1.
+/// The layers of a tap; the three weights sum to 1.
 struct Sides {
   float front;
   float beside;
@@ -42,7 +41,7 @@ inline Sides SidesOf(float order) {
   return {front, 1.0f - front - behind, behind};
 }
 
-/// Sums over the taps of a pixel: weights, and weighted light.
+/// Sums over the taps of a pixel: weights, and weighted radiance.
 struct Layer {
   float weight = 0;
   float light[3] = {0, 0, 0};
@@ -52,12 +51,12 @@ struct LayerSums {
   Layer front;
   Layer beside;
   Layer behind;
-  /// The part of the pixel's own blur that others hide which do not spread over the pixel: the
-  /// light of its surface there is unknown.
+  /// The fraction of the pixel's own blur occluded by pixels that do not spread over it: the
+  /// radiance of the surface there is unknown.
   float hidden = 0;
 };
 
-/// The shares of the three layers in the pixel: they add up to 1.
+/// The coverages of the three layers in the pixel: they sum to 1.
 /// \param sums  the pixel itself is among the taps of `beside`
 inline Sides Shares(const LayerSums& sums) {
   const float front = std::min(sums.front.weight, 1.0f);

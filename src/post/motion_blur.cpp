@@ -15,9 +15,9 @@ namespace stillray::post {
 namespace {
 
 constexpr int kTile = 16;
-/// Surfaces whose depths differ by this fraction touch: their motion counts then too.
+/// Surfaces whose depths differ by less than this fraction are ordered by motion too.
 constexpr float kTouching = 0.02f;
-/// What this weighs in the order of depths, for a still surface beside a moving one.
+/// Weight of motion in the depth order, for a static surface beside a moving one.
 constexpr float kFaster = 2.0f;
 
 struct Taps {
@@ -125,7 +125,7 @@ class PixelGather {
         density_(0.5f / radius_),
         inverse_(taps.inverse(x, y)) {}
 
-  /// The pixel's own surface and what is behind it.
+  /// The pixel's own surface and the background.
   void GatherOwn() {
     const Line line = LineOf(taps_.half[0](x_, y_), taps_.half[1](x_, y_), radius_);
     const int end = radius_ > kSharpRadius ? static_cast<int>(radius_ + 0.5f) : 0;
@@ -134,7 +134,7 @@ class PixelGather {
     }
   }
 
-  /// What moves across the pixel in front of it.
+  /// Surfaces in front that move across the pixel.
   void GatherFront(const Line& line) {
     const int end = static_cast<int>(line.radius + 0.5f);
     for (int t = -end; t <= end; ++t) {
@@ -155,7 +155,7 @@ class PixelGather {
     float distance;  ///< from the pixel
     float radius;    ///< of its path along the line
     float density;
-    float covered;  ///< the part of the pixel that its path covers
+    float covered;  ///< coverage of the pixel by its path, 0..1
   };
 
   Tap TapAt(const Line& line, int t) const {
@@ -225,7 +225,7 @@ void BlurTile(const Taps& taps, const TileMotion& tiles, int tx, int ty, float m
               Image3* colour) {
   const Line line = LineOfTile(tiles, tx, ty, max_radius);
   if (line.radius <= kSharpRadius) {
-    return;  // nothing near moves
+    return;  // no neighbour moves
   }
   for (int y = ty * kTile; y < std::min((ty + 1) * kTile, colour->height()); ++y) {
     for (int x = tx * kTile; x < std::min((tx + 1) * kTile, colour->width()); ++x) {

@@ -3,9 +3,9 @@
 
 // LDR-FLIP: Andersson et al., "FLIP: A Difference Evaluator for Alternating Images" (2020), section
 // 4, for 67 pixels per degree; HDR-FLIP takes its maximum over exposures (see hdr_flip.cpp).
-// Pictures are extended by repeating their border pixels.
+// Images are extended by repeating their border pixels.
 //
-// Pictures are processed in tiles, with all exposures of a tile at once, so that intermediate
+// Images are processed in tiles, with all exposures of a tile at once, so that intermediate
 // planes stay in cache. The order of operations for a pixel does not depend on its tile.
 #include <algorithm>
 #include <array>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// HDR-FLIP's tone mapping of radiance to display pictures (Andersson, Nilsson, Shirley and
+/// HDR-FLIP's tone mapping of radiance to display images (Andersson, Nilsson, Shirley and
 /// Akenine-Moeller, "Visualizing Errors in Rendered High Dynamic Range Images", 2021, section 3).
 #pragma once
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Per-pixel errors as a picture: from dark (none) to bright (large).
+/// Per-pixel errors as a heat map: from dark (none) to bright (large).
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ namespace stillray::report {
 using Rgb8 = std::array<uint8_t, 3>;
 
 /// The map from errors to positions on the colour ramp. FLIP lies in 0..1; relative squared error
-/// spans so many powers of ten that a linear scale would show nothing.
+/// spans too many powers of ten for a linear scale.
 struct HeatScale {
   bool logarithmic = false;
   float low = 0;   ///< error at the ramp's start; > 0 if logarithmic
-  float high = 1;  ///< error at its end, > low
+  float high = 1;  ///< error at the ramp's end, > low
 };
 inline constexpr HeatScale kFlipScale = {false, 0.0f, 1.0f};
 inline constexpr HeatScale kRelativeSquaredErrorScale = {true, 1e-4f, 10.0f};

@@ -10,7 +10,7 @@
 namespace stillray::quality {
 namespace {
 
-/// Largest relative difference between the depth of a surface and that of its history.
+/// Maximum relative difference between the depth of a surface and of its history.
 constexpr double kDepthTolerance = 0.05;
 
 struct Size {
@@ -58,7 +58,7 @@ HistoryTaps FindTaps(double x, double y, Size size) {
 }
 
 bool SameSurface(double depth, double previous_depth) {
-  // Background is at infinity, where a relative tolerance accepts any depth.
+  // Background is at infinity, where any depth is within a relative tolerance.
   return depth == previous_depth || (std::isfinite(depth) && std::abs(previous_depth - depth) <=
                                                                  kDepthTolerance * std::abs(depth));
 }

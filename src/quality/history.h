@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The input of the measures over consecutive frames, and lookups in the previous frame.
+/// The input of the metrics over consecutive frames, and lookups in the previous frame.
 #pragma once
 
 #include <array>
@@ -26,7 +26,7 @@ struct ConsecutiveFrames {
   int height() const { return test.height(); }
   bool has_depth() const { return !depth.empty() && !previous_depth.empty(); }
 
-  /// \return kInvalidArgument (an empty picture; sizes that differ, naming both images)
+  /// \return kInvalidArgument (an empty image; sizes that differ, naming both images)
   Status Check() const;
 };
 
@@ -38,11 +38,11 @@ struct HistoryTaps {
     double weight = 0;
   };
   std::array<Tap, 4> tap;
-  bool visible = false;  ///< else there are no taps
+  bool visible = false;  ///< if false, there are no taps
 };
 
-/// The pixels of frame t-1 that show the point that pixel (x, y) shows in frame t. Not visible if
-/// they lie outside the picture or, by the depths, show another surface.
+/// The pixels of frame t-1 around the reprojected position of pixel (x, y) of frame t. Not visible
+/// if they lie outside the image or, by the depths, on another surface.
 HistoryTaps FindHistory(const ConsecutiveFrames& frames, int x, int y);
 
 }  // namespace stillray::quality

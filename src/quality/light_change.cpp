@@ -18,10 +18,10 @@ namespace {
 using quality::ConsecutiveFrames;
 using quality::HistoryTaps;
 
-/// Pixels; averages over half a block have a sixth of a pixel's noise.
+/// Side of a block in pixels; averages over half a block have a sixth of a pixel's noise.
 constexpr int kBlock = 8;
-/// Of LightChange::square. Below it, what noise leaves in references of some hundred samples per
-/// pixel is as large as the change.
+/// Minimum of LightChange::square. Below, the residual noise of references with some hundred
+/// samples per pixel is as large as the change.
 constexpr double kLeastSquare = 1e-6;
 
 bool IsFinite(const Image3& image, int x, int y) {
@@ -29,7 +29,7 @@ bool IsFinite(const Image3& image, int x, int y) {
          std::isfinite(image[2](x, y));
 }
 
-/// Change of one picture's light at (x, y); NaN if a value is not finite.
+/// Change of one sequence's luminance at (x, y); NaN if a value is not finite.
 double ChangeAt(const Image3& image, const Image3& previous, int x, int y, const HistoryTaps& taps,
                 bool display) {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
@@ -73,7 +73,7 @@ struct ChangeSums {
   double square = 0;   ///< of the reference's mean change
   double pixels = 0;
 
-  /// Products of different halves only: their noise is independent.
+  /// Adds products of different halves only, whose noise is independent.
   void Add(const HalfBlock& left, const HalfBlock& right) {
     if (left.pixels == 0 || right.pixels == 0) {
       return;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The individual measures. docs/metrics.md defines them; papers and formulas are cited there and
-/// in the sources.
+/// The individual metrics. docs/metrics.md defines them; papers and formulas are cited there and in
+/// the sources.
 #pragma once
 
 #include <vector>
@@ -13,12 +13,12 @@ namespace stillray::quality {
 
 /// Sums over channels of (test - reference)^2 on CompressValue.
 struct SquaredErrors {
-  std::vector<double> pixels;  ///< row by row; 0 at pixels that are not valid
+  std::vector<double> pixels;  ///< row by row; 0 at invalid pixels
   double sum = 0;
 };
 SquaredErrors FindSquaredErrors(const PicturePair& pair);
 
-/// Peak signal-to-noise ratio in dB on CompressValue, peak 1; +infinity for equal pictures.
+/// Peak signal-to-noise ratio in dB on CompressValue, peak 1; +infinity for equal images.
 double Psnr(const PicturePair& pair, const SquaredErrors& errors);
 
 /// Mean over valid pixels and channels of (test - reference)^2 / (reference^2 + 0.01).
@@ -33,35 +33,36 @@ Image1 SsimErrorMap(const PicturePair& pair);
 /// reference is.
 double BrightnessRatio(const PicturePair& pair);
 
-/// Shares of the valid pixels in 1e-4, 0..10000.
+/// Numbers of specks per 10000 valid pixels, 0..10000.
 struct SpeckShares {
   double bright = 0;
   double dark = 0;
 };
-/// Pixels whose luminance on CompressValue is farther from the median of their 3x3 neighbourhood
-/// than that of the reference, in the same direction.
+/// Counts pixels whose luminance on CompressValue is farther from the median of their 3x3
+/// neighbourhood than in the reference, in the same direction.
 SpeckShares FindSpecks(const PicturePair& pair);
 
-/// Share of the sum of the errors that lies in the 1 % of the valid pixels with the largest; 0 for
-/// equal pictures.
+/// Fraction of the sum of errors in the 1 % of the valid pixels with the largest errors; 0 for
+/// equal images.
 double WorstShare(const PicturePair& pair, SquaredErrors errors);
 
 struct BrightnessRange {
   double lowest = 1;
   double highest = 1;
 };
-/// BrightnessRatio of the regions of a grid; 1 if none has light.
+/// Range of BrightnessRatio over the cells of a grid; 1 if the reference is black.
 BrightnessRange RegionBrightness(const PicturePair& pair);
 
-/// The exposure and tone mapping of a pair's display pictures.
+/// The exposure and tone mapping of a pair's display images.
 struct Exposure {
-  bool tonemap = false;  ///< false: already display pictures
+  bool tonemap = false;  ///< false: already display images
   double stops = 0;
 };
 
-/// The exposures of HDR-FLIP: the first, between and the last, ascending, at least two.
+/// The exposures of HDR-FLIP, from the first to the last, ascending, at least two.
 std::vector<Exposure> HdrFlipExposures(const PicturePair& pair);
-/// The exposure of LDR-FLIP: none for display pictures, else the middle of HdrFlipExposures' range.
+/// The exposure of LDR-FLIP: none for display images, else the middle of the range of
+/// HdrFlipExposures.
 Exposure LdrFlipExposure(const PicturePair& pair);
 
 /// For each pixel the largest LDR-FLIP error over the exposures; in 0..1.

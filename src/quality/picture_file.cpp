@@ -14,9 +14,10 @@
 namespace stillray {
 namespace {
 
-/// Larger files are rejected.
+/// Maximum size of a file.
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
-/// Both pictures of a comparison and the planes of all measures: 290 B a pixel with 35 channels.
+/// Memory of both images of a comparison and the planes of all metrics: 290 bytes per pixel with 35
+/// channels.
 constexpr ExrCost kCost = {120, 8};
 
 Image1 TakeLayer(const ExrImage& exr, const char* name) {
@@ -24,7 +25,7 @@ Image1 TakeLayer(const ExrImage& exr, const char* name) {
   return channel != nullptr ? channel->values : Image1();
 }
 
-/// The sum of the light of a file without a colour.
+/// The sum of the light passes of a file without a colour.
 Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
   const Result<AovLayout> layout = UnderstandAovs(exr, AovOptions(), path);
   if (!layout.ok()) {
@@ -34,13 +35,13 @@ Result<Image3> LightOfPasses(const ExrImage& exr, const std::string& path) {
   return frame.ok() ? Result<Image3>(SumOfLight(*frame)) : Result<Image3>(frame.status());
 }
 
-/// Whether a channel has this name, possibly behind that of its view layer.
+/// Whether a channel has this name, possibly after the prefix of its view layer.
 bool IsLayer(std::string_view channel, std::string_view name) {
   const size_t before = channel.size() - std::min(channel.size(), name.size());
   return channel.ends_with(name) && (before == 0 || channel[before - 1] == '.');
 }
 
-/// The layer of that name; of kAnyObjects the first one that holds objects.
+/// The layer of that name; for kAnyObjects, the first layer with object numbers.
 const Channel* FindObjects(const ExrImage& exr, const std::string& layer) {
   if (layer != kAnyObjects) {
     return exr.Find(layer);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A picture to measure, with the layers for reprojection to the previous frame.
+/// An image to measure, with the layers for reprojection to the previous frame.
 #pragma once
 
 #include <string>
@@ -17,15 +17,15 @@ inline constexpr std::string_view kPictureEndings[] = {".exr", ".png", ".hdr", "
 
 struct PictureFile {
   Image3 colour;
-  bool linear = false;  ///< radiance, else display values
+  bool linear = false;  ///< true: linear radiance; false: display values
   Image2 motion;        ///< layers motion.X and motion.Y of an EXR file; empty if there are none
-  Image1 depth;         ///< layer depth.Z likewise
+  Image1 depth;         ///< layer depth.Z of an EXR file; empty if there is none
   Image1 objects;       ///< the layer requested
 };
 
 /// The colour of an EXR file is ExrColour(), or the sum of its light passes.
-/// \param objects  a layer of EXR files to read too, or kAnyObjects; empty: none. Its plane stays
-///     empty if the file lacks it
+/// \param objects  an additional layer of EXR files, or kAnyObjects; empty: none. The plane stays
+///     empty if the file has no such layer
 /// \return errors of ReadWholeFile, DecodeExr, ExrColour and DecodeImage
 Result<PictureFile> ReadPictureFile(const std::string& path, const std::string& objects = {});
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The input of all quality measures.
+/// The input of all quality metrics.
 #pragma once
 
 #include <algorithm>
@@ -13,13 +13,13 @@
 
 namespace stillray::quality {
 
-/// Two pictures of the same size in which all values are finite.
+/// Two images of the same size with finite values.
 struct PicturePair {
   Image3 test;
   Image3 reference;
-  /// 1 where both pictures were finite, else 0. Invalid pixels hold the reference's value, or black
-  /// if that is not finite, in both pictures: means leave them out, and windows of neighbouring
-  /// pixels see no difference.
+  /// 1 where both images were finite, else 0. Invalid pixels are set to the reference's value, or
+  /// black if that is not finite, in both images: means exclude them, and windows of neighbouring
+  /// pixels contain no difference.
   Plane<uint8_t> valid;
   int64_t valid_count = 0;  ///< > 0
   /// Display-referred: linear values of 0..1, decoded from sRGB. Otherwise radiance.
@@ -30,13 +30,13 @@ struct PicturePair {
   int64_t PixelCount() const { return static_cast<int64_t>(width()) * height(); }
 };
 
-/// \return kInvalidArgument (an empty picture; sizes that differ, naming both), kBadData (no pixel
-///     is finite in both)
+/// \return kInvalidArgument (an empty image; sizes that differ, naming both), kBadData (no pixel is
+///     finite in both)
 Result<PicturePair> MakePicturePair(const Image3& test, const Image3& reference, bool display);
 
-/// The curve on which differences in light and shade have equal weight. Radiance: x / (1 + x);
-/// display pictures: the sRGB encoding, i.e. the values in the file. Both map to 0..1; negative
-/// light counts as zero.
+/// The tone curve on which differences in dark and bright regions have comparable weight. Radiance:
+/// x / (1 + x); display images: the sRGB encoding, i.e. the values in the file. Both map to 0..1;
+/// negative values count as zero.
 inline double CompressValue(float value, bool display) {
   // Written so that NaN becomes 0.
   const float positive = value > 0.0f ? value : 0.0f;

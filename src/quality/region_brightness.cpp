@@ -11,11 +11,11 @@ namespace {
 
 constexpr int kMostPerSide = 8;  ///< regions
 constexpr int kLeastSide = 16;   ///< pixels
-/// Regions with less light than this share of the picture's mean do not count: there a ratio says
-/// little about what is seen.
+/// Regions with a mean luminance below this fraction of the image's mean are excluded: their ratio
+/// is not significant.
 constexpr double kLeastLight = 0.01;
 
-/// The regions of a grid over the picture.
+/// The regions of a grid over the image.
 struct Grid {
   explicit Grid(const PicturePair& pair)
       : columns(std::clamp(pair.width() / kLeastSide, 1, kMostPerSide)),

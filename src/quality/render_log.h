@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// render.json: the log that `stillray render` writes beside a sequence's pictures.
+/// render.json: the log that `stillray render` writes beside a sequence's images.
 #pragma once
 
 #include <cstdint>

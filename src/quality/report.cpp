@@ -185,7 +185,7 @@ std::string LastComponent(const std::string& folder) {
   return error || path.filename().empty() ? folder : path.filename().string();
 }
 
-/// \param content  complete but for pictures and notes
+/// \param content  complete except for images and notes
 Result<std::string> Build(const SequenceFiles& files, PageContent content,
                           const ReportOptions& options, ReportSummary* summary) {
   content.frames_found = static_cast<int>(files.size());

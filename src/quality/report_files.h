@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pictures of a report: which views of which frames a folder holds.
+/// The image files of a report: the views and frames in a folder.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@ namespace stillray::report {
 /// The views of one frame, in the page's order. The others are compared with the last one.
 enum View : int { kNoisy, kTemporal, kDenoised, kReference };
 inline constexpr int kViewCount = 4;
-inline constexpr int kTestViewCount = 3;  ///< all but the reference
+inline constexpr int kTestViewCount = 3;  ///< all views but the reference
 inline constexpr std::array<const char*, kViewCount> kViewNames = {"noisy", "temporal", "denoised",
                                                                    "reference"};
 
-/// Paths of one view of one frame; empty where there is no such file.
+/// Paths of one view of one frame; empty if there is no such file.
 struct PictureFiles {
   std::string png;
   std::string exr;

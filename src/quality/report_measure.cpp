@@ -18,23 +18,23 @@
 namespace stillray::report {
 namespace {
 
-/// Larger PNG files are rejected.
+/// Maximum size of a PNG file.
 constexpr size_t kMaxPngBytes = size_t{1} << 30;
 
-/// Sizes of pictures encoded here, used to choose the number of frames before any is read: noisy
-/// pictures and error maps hardly compress.
+/// Estimated sizes of images encoded here, used to choose the number of frames before any frame is
+/// read: noisy images and error maps hardly compress.
 constexpr double kHeatMapBytesPerPixel = 0.7;
 constexpr double kPictureBytesPerPixel = 2.5;
 
-/// One view of the current frame, as far as it is needed.
+/// The needed data of one view of the current frame.
 struct LoadedView {
   std::array<Image3, kSourceCount> image;  ///< empty where not read
-  Image2 motion;                           ///< of the EXR file; empty where it has none
-  Image1 depth;                            ///< likewise
+  Image2 motion;                           ///< of the EXR file; empty if it has none
+  Image1 depth;                            ///< of the EXR file; empty if it has none
   ShownView shown;
 };
 
-/// The data of the previous frame for the measures over consecutive frames.
+/// The data of the previous frame for the metrics over consecutive frames.
 struct PreviousFrame {
   int64_t number = 0;
   std::array<LoadedView, kViewCount> views;
@@ -58,7 +58,7 @@ bool CanMeasureAny(const FrameFiles& frame, Source source) {
          CanMeasure(frame, kDenoised, source);
 }
 
-/// Whether some view can only be compared by display values.
+/// Whether some view has only display values in common with the reference.
 bool NeedsDisplay(const SequenceFiles& files) {
   return std::any_of(files.begin(), files.end(), [](const auto& entry) {
     for (int view = 0; view < kTestViewCount; ++view) {
@@ -100,7 +100,7 @@ Result<std::string> DevelopPng(const Image3& radiance, const RenderLog& log,
   return EncodePng(*picture);
 }
 
-/// The sizes of all pictures must be those of the first one that is read.
+/// All images must have the size of the first image read.
 class SizeCheck {
  public:
   explicit SizeCheck(const RenderLog& log) : log_(log) {}
@@ -137,8 +137,8 @@ Status LoadView(const PictureFiles& files, const Needs& needs, const RenderLog& 
                 const ReportOptions& options, LoadedView* view) {
   const bool show_png = needs.shown && !files.png.empty();
   const bool show_exr = needs.shown && files.png.empty() && !files.exr.empty();
-  // A shown picture is decoded even if it is not compared: a damaged file must not get into the
-  // page.
+  // An image of the page is decoded even if it is not compared, so that no damaged file gets into
+  // the page.
   if (needs.display || show_png) {
     Result<Image3> image = ReadImage(files.png);
     if (!image.ok()) {
@@ -199,8 +199,8 @@ Status InParallel(int count, const Body& body) {
   return Status::Ok();
 }
 
-/// Processes the frames in sequence, so that memory holds the pictures of two frames and the bytes
-/// of those that are shown.
+/// Processes the frames in sequence, so that only the images of two frames and the bytes of the
+/// page's images are in memory.
 class Measurer {
  public:
   Measurer(const SequenceFiles& files, const RenderLog& log, const ReportOptions& options)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pictures, error maps and measures of a report.
+/// The images, error maps and metrics of a report.
 #pragma once
 
 #include <array>
@@ -28,10 +28,10 @@ inline constexpr int kSourceCount = 2;
 enum MapKind : int { kFlipMap, kRelativeSquaredErrorMap };
 inline constexpr int kMapCount = 2;
 
-/// One view of one shown frame. Empty strings where it is missing.
+/// One view of one frame of the page. Strings are empty if the view is missing.
 struct ShownView {
-  std::string png;             ///< content of the picture's file, or encoded from its EXR file
-  bool made_from_exr = false;  ///< there was no PNG file
+  std::string png;             ///< content of the PNG file, or encoded from the EXR file
+  bool made_from_exr = false;  ///< true if there was no PNG file
   std::array<std::string, kMapCount> maps;  ///< bytes of palette PNG files
   Source map_source = kLinear;
 };
@@ -49,7 +49,7 @@ struct MeasuredFrame {
   std::array<ViewMetrics, kSourceCount> metrics;
   /// TemporalError(); none if the previous frame was not measured or no history is visible.
   std::array<ViewNumbers, kSourceCount> temporal_error;
-  /// MeasureLightChange(); likewise, and none if the reference's light is steady.
+  /// MeasureLightChange(); none as for TemporalError(), and if the reference is constant.
   std::array<std::array<std::optional<LightChange>, kTestViewCount>, kSourceCount> light_change;
 };
 
@@ -62,11 +62,11 @@ struct Measurements {
   bool without_motion = false;          ///< temporal errors were measured without motion
 };
 
-/// Reads the pictures to show, and those that can be compared with a reference. Linear radiance is
-/// measured wherever available; display values only if some view cannot be measured otherwise, and
-/// then for all views that have them, so that all views can be compared on one scale.
-/// \return kBadData (damaged picture; sizes that differ from the first picture's or from
-///     render.json's, naming both), kCancelled, and errors of reading a picture
+/// Reads the images of the page, and the images that can be compared with a reference. Linear
+/// radiance is measured wherever available; display values only if some view has nothing else, and
+/// then for all views with display values, so that all views can be compared on one scale.
+/// \return kBadData (damaged image; sizes that differ from the first image's or from render.json's,
+///     naming both), kCancelled, and errors of reading an image
 Result<Measurements> Measure(const SequenceFiles& files, const RenderLog& log,
                              const ReportOptions& options);
 

@@ -29,7 +29,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// JSON has no infinity; the page's script reads these words.
+/// JSON has no infinity; the page's script parses these words.
 Json Number(double value) {
   if (std::isnan(value)) {
     return nullptr;
@@ -42,7 +42,7 @@ Json OptionalNumber(const std::optional<T>& value) {
   return value ? Number(static_cast<double>(*value)) : Json(nullptr);
 }
 
-/// One measure in the page's list.
+/// One metric in the page's list.
 struct MetricField {
   const char* name;
   double ImageMetrics::*member;
@@ -61,7 +61,7 @@ constexpr MetricField kMetricFields[] = {
     {"brightness_highest", &ImageMetrics::brightness_highest},
 };
 
-/// The pictures of the page: base64 texts, referred to by index.
+/// The images of the page: base64 texts, referred to by index.
 class PictureList {
  public:
   Json Add(const std::string& png) {
@@ -112,7 +112,7 @@ Json FramesJson(const PageContent& content, PictureList* pictures) {
   return frames;
 }
 
-/// Frames without a temporal error are left out of the mean.
+/// Frames without a temporal error are excluded from the mean.
 void AddTemporalError(const Measurements& measurements, size_t source, size_t view, Json* mean,
                       Json* values) {
   int count = 0;
@@ -143,7 +143,7 @@ void AddLightChange(const Measurements& measurements, size_t source, size_t view
   (*values)["light_change"] = std::move(series);
 }
 
-/// All measures of one view on one source: values over the measured frames, and their means.
+/// All metrics of one view on one source: values over the measured frames, and their means.
 Json ViewQualityJson(const Measurements& measurements, size_t source, size_t view) {
   int count = 0;
   int64_t non_finite = 0;

@@ -16,7 +16,7 @@ namespace stillray::report {
 struct StepTimes {
   std::string name;
   int frames = 0;
-  double median_ms = 0;  ///< of an even number of frames: the mean of the two in the middle
+  double median_ms = 0;  ///< for an even number of frames: the mean of the two middle values
   double min_ms = 0;
   double max_ms = 0;
   double sum_ms = 0;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Sums over pictures whose bits do not depend on the number of threads.
+/// Sums over images that do not depend on the number of threads.
 #pragma once
 
 #include <numeric>

@@ -11,8 +11,8 @@
 namespace stillray::quality {
 namespace {
 
-/// Least distance of a speck from its neighbourhood, beyond that of the reference: 10 of 255 steps
-/// of a display.
+/// Minimum excess of a speck's distance from its neighbourhood over the reference's: 10 of 255
+/// display values.
 constexpr float kLeastDistance = 0.04f;
 constexpr int kBand = 16;
 
@@ -32,14 +32,14 @@ float Middle(float a, float b, float c) {
   return std::max(std::min(a, b), std::min(std::max(a, b), c));
 }
 
-/// Any window, also one that the border cuts; an even number of pixels has the mean of the two
+/// Any window, also one clipped at the border; for an even number of pixels, the mean of the two
 /// middle values.
 float MedianOfWindow(const Image1& light, int x, int y) {
   std::array<float, 9> values;
   size_t count = 0;
   for (int v = std::max(y - 1, 0); v <= std::min(y + 1, light.height() - 1); ++v) {
     for (int u = std::max(x - 1, 0); u <= std::min(x + 1, light.width() - 1); ++u) {
-      // Insertion, which is quick for so few.
+      // Insertion sort, which is fast for few values.
       size_t at = count++;
       for (; at > 0 && values[at - 1] > light(u, v); --at) {
         values[at] = values[at - 1];

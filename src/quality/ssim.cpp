@@ -3,7 +3,7 @@
 
 // Wang, Bovik, Sheikh and Simoncelli, "Image Quality Assessment: From Error Visibility to
 // Structural Similarity" (2004), eq. 13 with the Gaussian window of section III.B: 11x11, standard
-// deviation 1.5, K1 = 0.01, K2 = 0.03. Departs from it at the border: windows are cut there and
+// deviation 1.5, K1 = 0.01, K2 = 0.03. Departs from it at the border: windows are clipped there and
 // their weights renormalised, so that every pixel has a value.
 #include <array>
 #include <cmath>
@@ -30,7 +30,7 @@ std::vector<double> WindowWeights() {
   return weights;
 }
 
-/// For each position in 0..length-1 the sum of the weights inside the picture.
+/// For each position in 0..length-1 the sum of the weights inside the image.
 std::vector<double> WeightSums(const std::vector<double>& weights, int length) {
   std::vector<double> sums;
   for (int i = 0; i < length; ++i) {
@@ -60,8 +60,7 @@ double Ssim(const Moments& m) {
          ((m[0] * m[0] + m[1] * m[1] + kC1) * (variance_test + variance_reference + kC2));
 }
 
-/// A window of rows of the five products, each filtered along the row, and zero outside the
-/// picture.
+/// A window of rows of the five products, each filtered along the row, and zero outside the image.
 class FilteredRows {
  public:
   FilteredRows(const PicturePair& pair, const std::vector<double>& weights, int y0, int y1)

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Alpha that is denoised as light is: with the same guides, along the same motion.
+/// Denoising of alpha, as a signal with the guides and motion of the frame.
 #pragma once
 
 #include <cstddef>
@@ -15,25 +15,25 @@
 
 namespace stillray {
 
-/// The settings of alpha: one signal without albedo. Coverage has no outliers that a clamp would
-/// have to remove. \param settings  of the picture
+/// The settings for alpha: one signal without albedo. Coverage has no outliers that need clamping.
+/// \param settings  for the radiance
 Settings SettingsOfAlpha(Settings settings);
 
-/// The guides of a frame with its alpha as light.
+/// The guides of a frame with its alpha as the only signal.
 Frame FrameOfAlpha(const Frame& frame, const Image1& alpha);
 
 class AlphaFilter {
  public:
-  /// \param settings  of the picture
+  /// \param settings  for the radiance
   AlphaFilter(const Settings& settings, const Device& device);
 
-  /// Denoises the alpha of a frame with a history of its own, which begins with the first frame
-  /// that is not opaque; frames before it are unchanged. Values are clamped to 0..1.
-  /// \param frame   with guides and samples; its light is not used
+  /// Denoises the alpha of a frame with a separate history, which begins with the first frame that
+  /// is not opaque; opaque frames before it are unchanged. Values are clamped to 0..1.
+  /// \param frame   with guides and samples; its signals are not used
   /// \param future  alpha of later frames (FrameOfAlpha), or empty
   Status Filter(const Frame& frame, const FutureLight& future, Image1* alpha);
 
-  void Reset();  ///< forgets the history
+  void Reset();  ///< discards the history
   size_t memory_bytes() const;
   DeviceMemory device_memory() const;
   /// Empty before the first frame that is not opaque.

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Work in the background: the next file is read and the last one written while a frame is
-/// filtered.
+/// Background tasks: the next file is read and the previous one written while a frame is filtered.
 #pragma once
 
 #include <chrono>
@@ -13,8 +12,8 @@
 
 namespace stillray {
 
-/// Runs one task at a time, whose result is fetched later. Data that the task refers to must live
-/// until then; the destructor waits for it. Not thread-safe itself.
+/// Runs one task at a time; its result is fetched later. Data used by the task must live until
+/// then; the destructor waits for the task. Not thread-safe.
 template <typename T>
 class Background {
  public:
@@ -22,7 +21,7 @@ class Background {
   /// create a thread, it runs in Take().
   template <typename Work>
   void Start(bool own_thread, Work work) {
-    // Shared, so that it still exists if no thread could be created for it.
+    // Shared, so that the task still exists if no thread could be created for it.
     const auto shared = std::make_shared<Work>(std::move(work));
     if (own_thread) {
       try {

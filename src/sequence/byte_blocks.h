@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Blocks of bytes with their sizes, one after the other: the parts of a history.
+/// A sequence of byte blocks, each preceded by its size: the parts of a history.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ inline void AppendBlock(std::span<const uint8_t> block, std::vector<uint8_t>* by
   bytes->insert(bytes->end(), block.begin(), block.end());
 }
 
-/// Removes a block and its size from the front. \return whether there was one
+/// Removes a block and its size from the front. \return false if there is no complete block
 inline bool TakeBlock(std::span<const uint8_t>* bytes, std::span<const uint8_t>* block) {
   uint64_t size = 0;
   if (bytes->size() < sizeof(size)) {

@@ -130,7 +130,7 @@ void SequenceFilter::SetPrevious(SequenceFrame frame) {
   previous_ = std::move(frame);
 }
 
-/// Blocks: the history of the light, and those of its parts and of alpha if they are denoised.
+/// Blocks: the history of the radiance, then the histories of its parts and of alpha, if denoised.
 Result<std::vector<uint8_t>> SequenceFilter::SaveHistory() const {
   std::vector<uint8_t> bytes;
   const auto append = [&](const Result<std::vector<uint8_t>>& history) {

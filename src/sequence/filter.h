@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoisers of one sequence: forward, backward for the future, and of the light passes and
-/// of alpha, with one history that restarts at cuts and gaps.
+/// The denoisers of one sequence: forward, backward for the future, and those of light passes and
+/// alpha. Their histories restart together at cuts and gaps.
 #pragma once
 
 #include <cstdint>
@@ -22,34 +22,35 @@ namespace stillray {
 
 class SequenceFilter {
  public:
-  /// \param view, settings  what they refer to must outlive the filter
+  /// \param view, settings  the objects referred to must outlive the filter
   SequenceFilter(const SequenceView& view, const Settings& settings)
       : view_(view), settings_(settings) {}
 
   /// Creates the denoisers, all on one device.
-  /// \param held  frames whose future is held at once; only for Window::kBoth with history
+  /// \param held  number of frames whose future is held at once; only for Window::kBoth with
+  ///     history
   /// \param ahead, step  see FuturePass
   Status Prepare(const Device& device, size_t held, bool ahead, FuturePass::Step step);
 
   /// Denoises frame options.files[at]. The history is dropped after a gap in the numbers and at a
   /// cut.
-  /// \param frame   [in,out] its motion is completed, its parts are moved from
+  /// \param frame   [in,out] motion is completed; parts are moved from
   /// \param report  its name is used in messages; receives the results
   /// \param layers  [out] light layers with SequenceOptions::passes, alpha with denoise_alpha
   Status Filter(SequenceFrame* frame, size_t at, FrameReport* report, Image3* colour,
                 std::vector<NewLayer>* layers);
 
-  /// Sets the frame that the next one is linked to; only its guides are kept.
+  /// Sets the predecessor of the next frame; only its guides are kept.
   void SetPrevious(SequenceFrame frame);
-  /// The same for a frame as read, whose light is already in the history.
+  /// Sets the predecessor from a frame as read, whose radiance is already in the history.
   void Skip(SequenceFrame frame);
 
-  /// Number of files whose light is in the history.
+  /// Number of files whose radiance is in the history.
   size_t frames() const { return frames_; }
   /// The histories of all denoisers.
   Result<std::vector<uint8_t>> SaveHistory() const;
-  /// \param frames  number of files whose light it includes
-  /// \param name    of the file that it comes from, for messages
+  /// \param frames  number of files whose radiance is in the history
+  /// \param name    of the file of the history, for messages
   /// \return kBadData
   Status RestoreHistory(std::span<const uint8_t> bytes, size_t frames, const std::string& name);
 
@@ -58,7 +59,7 @@ class SequenceFilter {
   /// Why frames are filtered on the CPU instead; see Denoiser::remark().
   const std::string& remark() const;
   size_t memory_bytes() const;
-  DeviceMemory device_memory() const;  ///< the part of it on a device
+  DeviceMemory device_memory() const;  ///< the part of memory_bytes() on a device
 
  private:
   Link LinkFrame(SequenceFrame* frame, FrameReport* report);

@@ -21,9 +21,9 @@
 namespace stillray {
 namespace {
 
-/// Size of the parts that are compared, at both ends of a file, which hold headers and the last
-/// pixels: they differ in a file that a power failure left empty, truncated or zeroed, and in
-/// pictures of other settings.
+/// Size of the compared parts at both ends of a file, which contain headers and the last pixels:
+/// they differ if a power failure left the file empty, truncated or zeroed, and in images of other
+/// settings.
 constexpr size_t kEndBytes = 4096;
 
 Status ReadError(const std::string& path, int error_number) {

@@ -14,11 +14,11 @@ namespace stillray {
 
 struct FinishedFile {
   std::string name;       ///< within the folder of the run
-  uint64_t bytes = 0;     ///< its size
-  uint64_t checksum = 0;  ///< of its beginning and its end
+  uint64_t bytes = 0;     ///< size of the file
+  uint64_t checksum = 0;  ///< of the beginning and the end of the file
 };
 
-/// The current state of a file. Reads a few kilobytes of it, however large it is.
+/// The current state of a file. Reads a few kilobytes, independent of the file's size.
 /// \return kNotFound, kIo naming the path and the system's reason
 Result<FinishedFile> LookAtFile(const std::string& folder, const std::string& name);
 

@@ -1,8 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The loop over the frames of a run: each is made on the caller's thread while the previous one is
-/// written on another thread. A state is saved every 30 seconds and when the run stops.
+/// The loop over the frames of a run: each frame is computed on the caller's thread while the
+/// previous frame is written on another thread. The state is saved every 30 seconds and when the
+/// run stops.
 #pragma once
 
 #include <chrono>
@@ -20,9 +21,9 @@ namespace stillray {
 
 struct LoopOptions {
   size_t begin = 0;
-  size_t end = 0;       ///< behind the last frame
-  bool overlap = true;  ///< else a frame is written before the next is made, on the same thread
-  /// Maximum age of the saved state if the process dies, unless a single frame takes longer.
+  size_t end = 0;       ///< one past the last frame
+  bool overlap = true;  ///< false: writes before the next frame, on one thread
+  /// Maximum age of the saved state if the process is killed, unless a single frame takes longer.
   std::chrono::seconds save_interval{30};
   /// Polled before every frame; false stops with kCancelled. May be empty.
   std::function<bool()> keep_going;
@@ -37,18 +38,18 @@ struct WriteResult {
 
 struct LoopEnd {
   Status status;       ///< why the loop stopped; kOk: all frames are written
-  bool saved = false;  ///< whether the state after the last frame was saved when it stopped
+  bool saved = false;  ///< whether the state after the last frame was saved at the end
   Status save_status;  ///< why it could not be saved
 };
 
 /// A Job has
-///   Picture                               a type: one frame from its making until it is written.
-///                                         There are two, which are used in turn.
-///   Status Make(size_t at, Picture*)      makes a frame; the picture may hold frame at - 2
+///   Picture                               a type: one frame until it is written; two instances
+///                                         are used alternately
+///   Status Make(size_t at, Picture*)      computes a frame; the picture may hold frame at - 2
 ///   Status Write(Picture*)                on the writer's thread; must keep what Save needs
 ///   Status Finish(Picture*, WriteResult)  a frame was written, or could not be; on the caller's
 ///                                         thread, in the order of the frames
-///   bool CanSave() const                  whether the history is that after the last frame made
+///   bool CanSave() const                  whether the history includes exactly the frames made
 ///   Status Save(std::span<Picture* const> unwritten)
 ///                                         saves the state; `unwritten` are the frames that were
 ///                                         made and not written, in their order
@@ -73,7 +74,7 @@ class FrameLoop {
     return {};
   }
 
-  /// For a Job whose Make takes long: finishes the frame that is being written, if it is ready.
+  /// For a Job with a slow Make: finishes the frame that is being written, if it is ready.
   Status Poll() { return writing_.ready() ? FinishWriting() : Status::Ok(); }
 
  private:
@@ -81,7 +82,7 @@ class FrameLoop {
     Picture* picture = &pictures_[at % 2];
     STILLRAY_RETURN_IF_ERROR(job_.Make(at, picture));
     unwritten_.push_back(picture);
-    // The previous frame; from here on `picture` is the only one.
+    // Waits for the previous frame; after this `picture` is the only unwritten one.
     STILLRAY_RETURN_IF_ERROR(FinishWriting());
     StartWriting(picture);
     const bool last = at + 1 == options_.end;
@@ -103,7 +104,7 @@ class FrameLoop {
     });
   }
 
-  /// Waits for the frame that is being written, if there is one, which then counts as written.
+  /// Waits until the frame that is being written, if any, is finished.
   Status FinishWriting() {
     if (!writing_.under_way()) {
       return Status::Ok();

@@ -47,7 +47,7 @@ Status FuturePass::PlayBackward(const FutureRange& range) {
       return now.status();
     }
     const bool continues = next && LinkToPrevious(*now, view_, &*next) == Link::kContinues;
-    // The frame's own motion points back and completes that of the previous frame.
+    // The frame's motion points back, and is inverted to complete the motion of the previous frame.
     FrameMotion motion;
     if (continues) {
       motion = MotionTowards(now->frame, next->frame, MotionToNext(*now, *next, view_.layout));

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// Window::kBoth for files: reads the frames that FutureBlocks accumulates backward. The memory
-/// limit determines how many futures are held at once.
+/// limit determines the number of futures held at once.
 #pragma once
 
 #include <functional>
@@ -19,17 +19,18 @@ class FuturePass {
   /// Called before every frame of the backward pass; an error stops it.
   using Step = std::function<Status(const SequenceFile& file)>;
 
-  /// \param held   frames whose future is held at once, 1..kFutureBlock
+  /// \param held   number of frames whose future is held at once, 1..kFutureBlock
   /// \param ahead  read a file while the previous one is accumulated
   FuturePass(const SequenceView& view, Denoiser backward, size_t held, bool ahead, Step step);
 
-  /// Also accumulates alpha, as AlphaFilter does: from the first frame on, seen from the end, that
-  /// is not opaque. \param backward  with SettingsOfAlpha
+  /// Also accumulates alpha, as AlphaFilter does, starting at the last frame that is not opaque.
+  /// \param backward  with SettingsOfAlpha
   void AddAlpha(Denoiser backward);
 
-  /// The light of the future of options.files[at]. `at` increases from call to call.
-  /// \param alpha  receives that of alpha; empty without AddAlpha, and where all later frames are
-  ///     opaque
+  /// The accumulated radiance of the frames after options.files[at]. `at` increases from call to
+  /// call.
+  /// \param alpha  [out] accumulated alpha of later frames; empty without AddAlpha, or if all later
+  ///     frames are opaque
   Status Take(size_t at, FutureLight* future, FutureLight* alpha);
 
   /// Why frames are accumulated on the CPU instead; see Denoiser::remark().

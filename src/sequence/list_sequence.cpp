@@ -55,7 +55,8 @@ Result<Range> ParseFrames(const std::string& text) {
   return range;
 }
 
-/// In the given order. Numbers come from the names if all have one and they increase.
+/// In the given order. Frame numbers are those of the names if all names have a number and these
+/// increase.
 std::vector<SequenceFile> FilesOfList(const std::vector<std::string>& inputs) {
   std::vector<SequenceFile> files;
   bool numbered = true;

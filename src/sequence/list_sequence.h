@@ -8,8 +8,8 @@
 
 namespace stillray {
 
-/// Whether an output is a folder: it ends in a slash, exists as one, or is not the name of a
-/// picture, a video or a sequence.
+/// Whether an output is a folder: it ends in a slash, exists as a folder, or is not the name of an
+/// image, a video or a sequence.
 bool IsFolderName(const std::string& output);
 
 }  // namespace stillray

@@ -13,23 +13,23 @@
 namespace stillray {
 namespace {
 
-/// Of frame, histories and work planes, measured and rounded up: 900, and 450 for the layer of
-/// reflections whose image moves otherwise than their surface (io/curved_images.h), which is not
-/// known from the header.
+/// Bytes per pixel of frame, histories and working planes, measured and rounded up: 900, and 450
+/// for the layer of virtual images that move differently from their surface (io/curved_images.h),
+/// which is not known from the header.
 constexpr int64_t kBytesPerPixel = 1350;
-/// A channel is held once as read and once while it is written.
+/// A channel is in memory once as read and once while it is written.
 constexpr int64_t kBytesPerChannel = 2 * static_cast<int64_t>(sizeof(float));
-/// Window::kBoth: the backward denoiser and its frame, likewise.
+/// Window::kBoth: the backward denoiser and its frame, with the same parts.
 constexpr int64_t kBytesPerPixelBackward = 1300;
 
 /// Passes: two denoisers of parts, the parts and the new layers; measured and rounded up.
 constexpr int64_t kBytesPerPixelOfPasses = 1450;
 
-/// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up. The same again
-/// backward.
+/// Denoising alpha: a denoiser of one signal and its frame; measured and rounded up. Twice with the
+/// backward pass.
 constexpr int64_t kBytesPerPixelOfAlpha = 700;
 
-/// Of the light of one future, and of its alpha.
+/// Radiance of one future, and its alpha.
 int64_t BytesPerPixelOfFuture(const SequenceOptions& options) {
   const int signals = options.denoise_alpha ? 5 : 4;
   return 7 * signals * static_cast<int64_t>(sizeof(float));
@@ -50,7 +50,7 @@ int64_t BytesNeeded(const ExrExtent& extent, const SequenceOptions& options) {
   if (options.denoise_alpha) {
     per_pixel += kBytesPerPixelOfAlpha * (options.window == Window::kBoth ? 2 : 1);
   }
-  // With motion in the files, the memory is used only where it is zero: that shows too late.
+  // For files with motion, this memory is used only if the motion is zero, which is not known yet.
   if (options.motion == MotionSource::kAuto || options.motion == MotionSource::kEstimate) {
     per_pixel += motion::kEstimateBytesPerPixel;
   }
@@ -115,7 +115,7 @@ Result<size_t> FuturesThatFit(const ExrExtent& extent, const SequenceOptions& op
   if (options.memory.bytes <= 0) {
     return kFutureBlock;
   }
-  // The frame itself already includes one.
+  // The memory of the frame already includes one.
   const int64_t left = options.memory.bytes - BytesNeeded(extent, options);
   const int64_t each = BytesPerPixelOfFuture(options) * extent.pixels;
   return static_cast<size_t>(std::clamp<int64_t>(1 + left / each, 1, kFutureBlock));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Estimated motion of frames that are linked more than once, with its confidence: backward, for
-/// the look-ahead of several blocks, and forward. No bit depends on it.
+/// Cache of estimated motion and its confidence, for frames that are linked more than once:
+/// backward, for the look-ahead of several blocks, and forward. Results do not depend on it.
 #pragma once
 
 #include <cstddef>
@@ -18,12 +18,12 @@ class MotionCache {
   /// Bytes per pixel of the motion and confidence of one frame.
   static constexpr int64_t kBytesPerPixel = 3 * static_cast<int64_t>(sizeof(float));
 
-  /// \param most  number of frames held; those with the lowest numbers are dropped first
+  /// \param most  maximum number of frames; the lowest frame numbers are evicted first
   explicit MotionCache(size_t most) : most_(most) {}
 
-  /// Restores motion and confidence of a frame. \return false if they are not held
+  /// Restores motion and confidence of a frame. \return false if they are not in the cache
   bool Restore(Frame* frame, MotionOrigin* origin) const;
-  /// Holds motion and confidence of a frame, if its motion was estimated.
+  /// Stores motion and confidence of a frame, if its motion was estimated.
   void Keep(const Frame& frame, const MotionOrigin& origin);
 
  private:

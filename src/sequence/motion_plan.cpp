@@ -69,14 +69,14 @@ bool MotionIsDisabled(const SequenceOptions& options) {
   return std::find(mappings.begin(), mappings.end(), "motion=none") != mappings.end();
 }
 
-/// Whether guides tell places apart.
+/// Whether guides have enough structure to distinguish positions.
 bool HasGuides(const AovLayout& layout) {
   const auto has = [&](Aov aov) { return layout.Find(aov) != nullptr; };
   return has(Aov::kAlbedo) || has(Aov::kFallbackAlbedo) || (has(Aov::kDepth) && has(Aov::kNormal));
 }
 
-/// Whether zeros in the motion layer mean that nothing moves. Other renderers leave the layer zero,
-/// for example with motion blur.
+/// Whether a zero motion layer means that nothing moves. Some renderers leave the layer zero, for
+/// example with motion blur.
 bool HasExactMotion(const AovLayout& layout) {
   return layout.renderer == "stillray";
 }
@@ -222,7 +222,7 @@ void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbo
 
 namespace {
 
-/// The motion of known surfaces; not a number elsewhere.
+/// The motion of known surfaces; NaN elsewhere.
 Image2 KnownMotion(const Image2& motion) {
   Image2 known = motion;
   const auto width = static_cast<float>(motion.width());
@@ -240,7 +240,7 @@ bool HasImage(const VirtualGuides& images) {
   return AnyPixel(images.depth, [](float depth) { return depth > 0; });
 }
 
-/// Images of planar surfaces where the roughness is 0, of convex ones elsewhere.
+/// Virtual images of planar surfaces where the roughness is 0, of convex surfaces elsewhere.
 Plane<uint8_t> KindsOf(const Guides& guides, const VirtualGuides& images) {
   Plane<uint8_t> kinds(images.depth.width(), images.depth.height());
   ForEachPixel(kinds.width(), kinds.height(), [&](int x, int y) {
@@ -298,16 +298,16 @@ void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& be
 
 namespace {
 
-/// How far a history holds that is found by a motion as certain as this. Guides that are random,
-/// in hair and with motion blur, make the right motion uncertain too: only what is next to unknown
-/// loses weight, and half at most.
+/// The confidence in a history, from the certainty of its motion. Random guides, in hair and with
+/// motion blur, make correct motion uncertain too: only almost unknown motion reduces the weight,
+/// at most by half.
 float TrustIn(float certainty) {
   constexpr float kCertain = 0.125f;
   constexpr float kLeast = 0.5f;
   return kLeast + (1 - kLeast) * std::min(certainty / kCertain, 1.0f);
 }
 
-/// Limits histories by the motion that was found: the imported confidence is for the file's motion.
+/// Sets the confidence for the computed motion: the imported confidence is for the file's motion.
 /// \param certainty  EstimatedMotion::confidence; empty: motion is not estimated
 void LimitHistories(const Image1& loss_in_motion, const Image1& certainty, Frame* frame) {
   if (!loss_in_motion.empty()) {
@@ -326,9 +326,9 @@ void LimitHistories(const Image1& loss_in_motion, const Image1& certainty, Frame
   });
 }
 
-/// \param trusted      the frame's motion stays if the guides reveal none
+/// \param trusted      the frame's motion is kept if no motion can be estimated from the guides
 /// \param antialiased  AovLayout::soft_guides
-/// \param certainty    [out] EstimatedMotion::confidence; stays empty if the frame's motion stays
+/// \param certainty    [out] EstimatedMotion::confidence; stays empty if the frame's motion is kept
 MotionOrigin Estimate(const FrameBefore& before, Image2 camera, bool trusted, bool antialiased,
                       Frame* now, Image1* certainty) {
   motion::EstimateInput input;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Where the motion of each frame of a sequence comes from: its file, the cameras, or the guides.
+/// The source of each frame's motion vectors: its file, the cameras, or estimation from the guides.
 #pragma once
 
 #include <cstddef>
@@ -15,18 +15,18 @@
 
 namespace stillray {
 
-/// What may be used for a sequence.
+/// The sources that may be used for a sequence.
 struct MotionPlan {
-  bool from_file = false;     ///< a layer, where it is not zero although guides move
-  bool from_cameras = false;  ///< of `cameras`, else of the files' attributes
+  bool from_file = false;     ///< a motion layer, unless it is zero although guides move
+  bool from_cameras = false;  ///< from `cameras`, else from the files' attributes
   bool estimates = false;
   bool needs_camera = false;  ///< a frame without camera is an error
   std::optional<motion::CameraFile> cameras;
-  /// One line for the user: the origin of motion that is not from a layer; else empty.
+  /// One line for the user on the source of motion, if it is not a motion layer; else empty.
   std::string note;
 
   bool has_motion() const { return from_file || from_cameras || estimates; }
-  /// Whether motion that the files lack is derived.
+  /// Whether motion missing in the files is derived.
   bool derives() const { return estimates || from_cameras; }
 };
 
@@ -36,7 +36,7 @@ struct MotionPlan {
 Result<MotionPlan> PlanMotion(const SequenceOptions& options, const AovLayout& layout,
                               const ExrImage& first);
 
-/// The camera of a frame, if motion may come from it.
+/// The camera of a frame, if motion may be computed from it.
 /// \return kBadData if the plan needs one and the file has none
 Result<std::optional<CameraMatrices>> CameraOfFrame(const MotionPlan& plan,
                                                     const SequenceFile& file,
@@ -53,7 +53,7 @@ struct MotionOrigin {
   double unknown = 0;
 };
 
-/// The frame to which motion leads.
+/// The frame to which motion points.
 struct FrameBefore {
   const Frame& frame;
   const std::optional<CameraMatrices>& camera;
@@ -61,26 +61,26 @@ struct FrameBefore {
 
 /// The frame whose motion is completed.
 struct FrameNow {
-  Frame* frame;  ///< as read; its motion lacks the jitter of the previous frame
+  Frame* frame;  ///< as read; its motion does not include the jitter of the previous frame
   const std::optional<CameraMatrices>& camera;
   const Image1& loss_in_motion;  ///< as ImportFrameWith returns it
 };
 
-/// Completes the motion of a frame's surfaces; with motion that is not the file's also
-/// Frame::confidence. Depends on the two frames alone.
+/// Completes the motion of a frame's surfaces, and Frame::confidence if the motion is not from the
+/// file. Depends only on these two frames.
 MotionOrigin CompleteMotion(const FrameBefore& before, const MotionPlan& plan,
                             const AovLayout& layout, const FrameNow& now);
 
-/// Sets the motion of virtual images that the file does not give: by that of the cameras, or else
-/// of the camera that the frame's motion reveals. Where neither is known, motion leads out of the
-/// picture.
-/// \param before, now  the cameras of both frames, if they are known
-/// \param images       their kinds; `missing` is set to why motion is unknown. Without kinds images
-///     are those of planar surfaces, where the roughness is 0, and of convex ones
+/// Sets the motion of virtual images that is missing in the file: from the cameras, or else from
+/// the camera fitted to the frame's motion. If neither is known, motion is unknown (points outside
+/// the image).
+/// \param before, now  the cameras of both frames, if known
+/// \param images       their kinds; `missing` is set to the reason of unknown motion. Without
+///     kinds, images belong to planar surfaces where the roughness is 0, else to convex surfaces
 void MoveImages(const AovLayout& layout, const std::optional<CameraMatrices>& before,
                 const std::optional<CameraMatrices>& now, io::FrameImages* images, Frame* frame);
 
-/// Motion that includes jitter is converted without the neighbour's jitter; adds it.
+/// Adds the jitter of the other frame to motion that was converted without it.
 void AddNeighbourJitter(const MotionConvention& convention, const Frame& neighbour, Image2* motion);
 
 /// Whether motion is zero everywhere.

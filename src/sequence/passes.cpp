@@ -20,7 +20,7 @@
 namespace stillray {
 namespace {
 
-/// The output with the final light of a signal, without its albedo.
+/// The output with the filtered, demodulated radiance of a signal.
 constexpr const char* kFinalLight = "filtered";
 
 const NamedImage* Find(const DenoisedFrame& denoised, const std::string& name) {
@@ -43,7 +43,8 @@ const Image3* DividedBy(const Frame& frame, const AovLayout& layout, const Light
   return part.stored_albedo.empty() ? &AlbedoOf(frame.guides, part.kind) : &part.stored_albedo;
 }
 
-/// The member's fraction of all estimates, 0..1. If all are zero, the last one gets everything.
+/// The member's fraction of the sum of estimates, 0..1. If all are zero, the last member gets
+/// everything.
 float Share(const std::vector<Image3>& estimates, size_t member, int c, int x, int y) {
   if (estimates.size() == 1) {
     return 1.0f;
@@ -58,16 +59,16 @@ float Share(const std::vector<Image3>& estimates, size_t member, int c, int x, i
   return std::max(estimates[member][c](x, y), 0.0f) / sum;
 }
 
-/// Smaller colours are treated as black: light divided by them would not fit into a half.
+/// Smaller albedos are treated as black: radiance divided by them would exceed the range of halves.
 constexpr float kLeastDivisor = 1e-3f;
 
-/// Light as stored in a layer without its colour. A black surface has none, although the minimum
-/// divisor of albedo lets the filter leave a trace of its neighbours' light there.
+/// Radiance as stored in a layer divided by albedo. It is zero on a black surface, although the
+/// minimum divisor of albedo lets the filter leave a trace of its neighbours' radiance there.
 float Divided(float seen, float colour) {
   return colour > 0 ? seen / std::max(colour, kLeastDivisor) : 0.0f;
 }
 
-/// Black surfaces get no share of other surfaces' light.
+/// Black surfaces get no radiance of other surfaces.
 void TakeFromBlack(const Image3* stored, Image3* estimate) {
   if (stored == nullptr) {
     return;
@@ -81,15 +82,15 @@ void TakeFromBlack(const Image3* stored, Image3* estimate) {
   });
 }
 
-/// The guides that the denoiser takes for each signal, and the albedo that divides its light: those
-/// of the surface, or of the virtual image where a smooth surface shows one.
+/// The guides of each signal, and its albedo: those of the visible surface, or of its virtual
+/// image.
 class SignalGuides {
  public:
   SignalGuides(const Frame& frame, const Settings& settings)
       : frame_(frame), settings_(settings), layers_(LayersOf(settings, FactsOf(frame))) {}
 
   /// \param signal    in the order of FramePlan::signals
-  /// \param selected  [out] memory of guides that the frame does not have
+  /// \param selected  [out] memory for guides that are not in the frame
   const Guides& Of(size_t signal, Guides* selected) const {
     const PlannedLayer& layer = *std::find_if(
         layers_.begin(), layers_.end(),
@@ -111,9 +112,9 @@ class SignalGuides {
   LayerList layers_;
 };
 
-/// Writes the shares of one signal.
+/// Writes the parts of one signal.
 /// \param guides  of the signal
-/// \param light   the signal's filtered light, without albedo
+/// \param light   the signal's filtered, demodulated radiance
 void WriteLayers(const Frame& frame, const Guides& guides, const AovLayout& layout,
                  const std::vector<LightPart*>& members, const NamedImage& light,
                  const std::vector<Image3>& estimates, Image3* colour,
@@ -138,7 +139,7 @@ void WriteLayers(const Frame& frame, const Guides& guides, const AovLayout& layo
         if (stored != nullptr) {
           const float divisor = (*stored)[c](x, y);
           layer.values[c](x, y) = Divided(seen, divisor);
-          // Lost here is light that no layer can represent.
+          // Removes radiance that no layer can represent.
           if (!(divisor >= kLeastDivisor)) {
             (*colour)[c](x, y) -= seen - layer.values[c](x, y) * (divisor > 0 ? divisor : 0.0f);
           }
@@ -195,7 +196,7 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
   }
   Denoiser& denoiser = at->second;
   STILLRAY_RETURN_IF_ERROR(denoiser.SetOutputs({kFinalLight}));
-  // Both replace diffuse light, whose signals the engine filters separately.
+  // Both replace diffuse signals, which the denoiser filters separately.
   Frame pair;
   pair.width = frame.width;
   pair.height = frame.height;
@@ -227,8 +228,8 @@ Status PassSplitter::FilterPair(const Frame& frame, const Guides& guides, const 
   return Status::Ok();
 }
 
-/// Estimates the light of each member of a signal by filtering it separately. Nothing is filtered
-/// until a frame has light in two of them.
+/// Estimates the radiance of each member of a signal by filtering it separately. Starts with the
+/// first frame that has radiance in two members.
 Status PassSplitter::Estimate(const Frame& frame, const Guides& guides, const std::string& group,
                               const Members& members, std::vector<Image3>* estimates) {
   size_t lit = 0;

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// --passes: the denoised light of every layer, so that a compositor that combines the layers gets
-/// the denoised colour.
+/// --passes: the denoised radiance of every layer, so that compositing the layers gives the
+/// denoised colour.
 ///
 /// A signal that was filtered as a whole (direct and indirect specular light) is split in
-/// proportion to its parts, which other denoisers have filtered separately: shares of single noisy
-/// pixels would restore their noise. Only the proportion is used, so the parts add up to the
+/// proportion to its parts, which additional denoisers filter separately: proportions of single
+/// noisy pixels would restore the noise. Only the proportions are used, so the parts sum to the
 /// signal.
 #pragma once
 
@@ -24,19 +24,19 @@ namespace stillray {
 
 class PassSplitter {
  public:
-  /// \return kInvalidArgument naming the setting under which light cannot be split
+  /// \return kInvalidArgument naming the setting that prevents splitting
   static Status Check(const Settings& settings, const AovLayout& layout);
 
   /// \param device  of the denoisers of the parts
   PassSplitter(const Settings& settings, const Device& device);
 
-  /// Outputs that the denoiser of the whole light must return.
+  /// Outputs required from the main denoiser.
   static std::vector<std::string> Outputs();
 
-  /// Splits the light of `denoised` into `layers`, as stored in the file.
-  /// \param parts   the frame's light; emptied
-  /// \param colour  [in,out] the denoised colour; loses light that no sum of layers can hold: that
-  ///     which the minimum divisor of albedo leaves on black surfaces
+  /// Splits the radiance of `denoised` into `layers`, as stored in the file.
+  /// \param parts   the frame's layers; emptied
+  /// \param colour  [in,out] the denoised colour; radiance that no layer can represent is removed:
+  ///     the remainder on black surfaces due to the minimum divisor of albedo
   Status Split(const Frame& frame, const AovLayout& layout, std::vector<LightPart> parts,
                const DenoisedFrame& denoised, Image3* colour, std::vector<NewLayer>* layers);
 
@@ -45,7 +45,7 @@ class PassSplitter {
   /// \return kBadData
   Status RestoreHistory(std::span<const uint8_t> bytes);
   size_t memory_bytes() const;
-  DeviceMemory device_memory() const;  ///< the part of it on the device
+  DeviceMemory device_memory() const;  ///< the part of memory_bytes() on the device
 
  private:
   using Members = std::vector<LightPart*>;

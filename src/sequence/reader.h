@@ -18,7 +18,7 @@ struct ReadFrame {
   double milliseconds = 0;
 };
 
-/// Holds at most one frame besides the one that was returned. Bits do not depend on `ahead`.
+/// Holds at most one frame besides the returned one. Results do not depend on `ahead`.
 class FrameReader {
  public:
   /// \param order     files to read, by their index in options.files
@@ -26,8 +26,8 @@ class FrameReader {
   /// \param ahead     read the next file while the caller works
   FrameReader(const SequenceView& view, std::vector<size_t> order, bool to_write, bool ahead);
 
-  /// The next file; call it at most once per file. An error is returned in the turn of its file; no
-  /// later file is read.
+  /// The next file; call it at most once per file. An error is returned by the call for its file;
+  /// no later file is read.
   ReadFrame Next();
 
  private:

@@ -25,9 +25,9 @@ constexpr std::string_view kMagic = "stillray resume 3\n";
 constexpr std::string_view kMagicOfAll = "stillray resume ";
 /// 16384 x 16384 pixels with four signals: larger than any history.
 constexpr size_t kLargestFile = size_t{1} << 37;
-/// Longer than any key: names of files have at most 255 bytes.
+/// Maximum size of a key: names of files have at most 255 bytes.
 constexpr size_t kLongestKey = 1000;
-/// Further runs overwrite the last one.
+/// Further runs overwrite the last state.
 constexpr int kMostStates = 64;
 
 void AppendNumber(uint64_t number, std::string* bytes) {

@@ -74,7 +74,7 @@ void Impl::NarrowWindow(const std::string& why) {
   Note("--window past: " + why);
 }
 
-/// The origin of motion replaces what the layout notes about it.
+/// The origin of motion replaces the layout's note about motion.
 Status Impl::ChooseMotion(const ExrImage& first) {
   Result<MotionPlan> plan = PlanMotion(options, layout, first);
   STILLRAY_RETURN_IF_ERROR(plan.status());
@@ -92,7 +92,7 @@ Status Impl::ChooseMotion(const ExrImage& first) {
   return Status::Ok();
 }
 
-/// Once, for the first frame whose own motion is zero although it moves.
+/// Once, for the first frame with zero motion although its guides move.
 void Impl::NoteDerivedMotion(const FrameReport& report) {
   const bool derived = report.motion == "camera" || report.motion == "estimate";
   if (!motion.from_file || !derived || noted_motion) {
@@ -105,7 +105,7 @@ void Impl::NoteDerivedMotion(const FrameReport& report) {
                                        : "estimated from the guides"));
 }
 
-/// Once, unless the notes on the first file say so already.
+/// Once, unless the notes on the first file already include it.
 void Impl::NoteMissingImages(const FrameReport& report) {
   if (!report.images_missing.empty() && !noted_images) {
     noted_images = true;
@@ -173,7 +173,7 @@ Status Impl::ReadFirstFile() {
   return Status::Ok();
 }
 
-/// Memory for overlap is optional: its lack never makes a frame fail.
+/// Memory for overlap is optional: without it frames are processed sequentially.
 void Impl::ChooseOverlap() {
   const Status fits = options.overlap ? OverlapFits(extent, options) : Status::Ok();
   if (!fits.ok()) {

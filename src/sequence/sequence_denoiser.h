@@ -18,12 +18,12 @@
 
 namespace stillray {
 
-/// A frame from its file until its output is written.
+/// A frame from reading its file until its output is written.
 struct SequencePicture {
   const SequenceFile* names = nullptr;
   FrameReport report;
   std::string bytes;    ///< of the input
-  StoredPixels stored;  ///< likewise
+  StoredPixels stored;  ///< of the input
   Image3 colour;
   std::vector<NewLayer> layers;
 };
@@ -86,15 +86,15 @@ struct SequenceDenoiser::Impl {
   std::optional<FrameReader> reader;
   FrameLoop<Impl>* loop = nullptr;  ///< during Run()
   bool fell_back = false;
-  bool noted_motion = false;  ///< that motion of the files was not used
-  bool noted_images = false;  ///< that images lack guides or motion
+  bool noted_motion = false;  ///< the user was informed that motion of the files is not used
+  bool noted_images = false;  ///< the user was informed that virtual images lack guides or motion
   size_t most_memory = 0;
   Clock::time_point last_end;  ///< when the previous frame was finished
 
   std::string folder;
   std::string key;  ///< of the state
   std::string fingerprint;
-  bool has_old_state = false;  ///< of the same options, which is not resumed
+  bool has_old_state = false;  ///< a state of the same options exists and is not resumed
   bool resumed = false;
   std::optional<size_t> saved_at;  ///< finished frames when the state on disk was saved
   size_t finished = 0;

@@ -18,12 +18,12 @@ std::string FileName(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-/// Alpha has one, light three.
+/// Number of planes: alpha has one, radiance three.
 int ComponentsOf(const NewLayer& layer) {
   return layer.aov == Aov::kAlpha ? 1 : 3;
 }
 
-/// Stores the layers of a frame as pictures, under the names of their roles.
+/// Stores the layers of a frame as images named by their roles.
 UnwrittenFrame ToUnwritten(const SequencePicture& picture) {
   UnwrittenFrame kept;
   kept.frame = picture.report.frame;
@@ -59,7 +59,7 @@ std::vector<NewLayer> LayersOf(std::vector<NamedImage> images) {
 
 using Impl = SequenceDenoiser::Impl;
 
-/// One "name value" a line; two runs with the same text produce the same bits.
+/// One "name value" a line; two runs with equal text produce equal bits.
 std::string Impl::Fingerprint(const Device& device) const {
   std::string text = options.state.fingerprint;
   text += fmt::format(
@@ -183,7 +183,7 @@ Status Impl::Restore(ResumeState saved) {
   return Status::Ok();
 }
 
-/// The history already includes the frame's light.
+/// The history already includes the frame's radiance.
 void Impl::TakeFirstWaiting(Picture* picture) {
   WaitingFrame& first = waiting.front();
   picture->report = std::move(first.report);

@@ -14,13 +14,13 @@
 namespace stillray {
 namespace {
 
-/// As the user or the first file says; 0: unknown.
+/// From the options or the first file; 0: unknown.
 int KnownSamples(const SequenceOptions& options, const ExrImage& first) {
   return options.spp > 0 ? options.spp : io::StatedSamples(first);
 }
 
-/// The weight of a new frame where rays go through the centres of the pixels: past frames show each
-/// point at the place where the motion has put it, and each resampling blurs (docs/renderers.md).
+/// The weight of a new frame if rays pass through the pixel centres: past frames are resampled
+/// along the motion, and each resampling blurs (docs/renderers.md).
 constexpr float kCentredAlpha = 0.3f;
 
 bool IsJitteredSequence(const ExrImage& first) {
@@ -28,10 +28,10 @@ bool IsJitteredSequence(const ExrImage& first) {
   return jitter != first.attributes.end() && jitter->second != "0 0";
 }
 
-/// Where guides are means over the pixel, rays go through random points of it: the albedo at edges
-/// and in textures is noisy, and so is the picture, however clean the light. Its mean over frames
-/// is not. Without that, and without jitter, rays go through the centres of the pixels: edges are
-/// smoothed as far as the picture moves. Published presets stay as they are.
+/// If guides are means over the pixel, rays pass through random points of it: the albedo at edges
+/// and in textures is noisy, and with it the image, even if the radiance is clean; the mean over
+/// frames is not. Otherwise, without jitter, rays pass through the pixel centres: edges are
+/// smoothed where the image moves. Published presets are not changed.
 void AntialiasInTime(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      Settings* settings) {
   const int samples = KnownSamples(options, first);
@@ -51,9 +51,9 @@ void AntialiasInTime(const SequenceOptions& options, const AovLayout& layout, co
   }
 }
 
-/// If edges are mixtures that differ in every frame, strict tests of the history fail there and
-/// leave noise. limit_history still rejects history with different light; without it strict tests
-/// are better.
+/// If edges are mixtures that differ in every frame, strict history tests fail there and leave
+/// noise. limit_history still rejects a history of different radiance; without it strict tests are
+/// better.
 void RelaxHistoryTests(const SequenceOptions& options, const AovLayout& layout,
                        Settings* settings) {
   if (!layout.soft_guides || !settings->limit_history) {
@@ -78,7 +78,8 @@ float AntialiasingWeight(float alpha, int samples) {
 }
 
 /// Files without motion have no usable history. Temporal antialiasing needs jittered frames or
-/// mixed guides, unless the user wants it: other renderers' light may be smooth already.
+/// mixed guides, unless requested by the user: images of other renderers may be antialiased
+/// already.
 Settings SettingsFor(const SequenceOptions& options, const AovLayout& layout, const ExrImage& first,
                      bool has_motion) {
   Settings settings = options.settings;
