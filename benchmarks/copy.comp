@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Copies a buffer, 16 bytes per invocation: what the memory of the device allows a shader. Copies
-// by the driver may use an engine that is slower than that.
+// Copies a buffer, 16 bytes per invocation, to measure the memory bandwidth of shaders. Driver
+// copies may use a slower copy engine.
 layout(local_size_x = 128) in;
 layout(set = 0, binding = 0, std430) readonly buffer From {
   uvec4 from[];

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Copies between buffers of a device, timed: by the driver and by a compute shader.
+/// Measures copies between device buffers by the driver and by a compute shader.
 #pragma once
 
 #include <vector>
@@ -22,15 +22,15 @@ class CopyBench {
   explicit CopyBench(const gpu::DeviceContext* context)
       : context_(context), arena_(context), sets_(context), times_(context) {}
 
-  /// \param bytes  read and written in all by one copy
+  /// \param bytes  total bytes read and written by one copy
   Status Create(uint64_t bytes);
   /// Records `count` copies of each kind, one after the other.
   void Record(VkCommandBuffer commands, int count);
-  /// Means over the copies that were recorded last, after the device has finished them.
+  /// Means over the last recorded copies, which the device must have finished.
   CopyTimes Read() const;
 
  private:
-  /// Storage buffers are limited in size, so a copy has one part or several.
+  /// A part of a copy, which is split due to the size limit of storage buffers.
   struct Part {
     const gpu::Buffer* from = nullptr;
     const gpu::Buffer* to = nullptr;

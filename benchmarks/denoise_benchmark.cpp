@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Each stage of the denoiser on its own, vector and scalar, at 1280x720 on all threads or those
-// that TBB is given. For whole frames, and for ratios within one run: stillray bench.
+// Each stage of the denoiser separately, vector and scalar, at 1280x720 on all threads available to
+// TBB. For complete frames, and for ratios within one run, use stillray bench.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -29,14 +29,14 @@ float Random(int x, int y, int c) {
                                   static_cast<uint32_t>(c)));
 }
 
-/// Of a frame that has a history, with the preset "default".
+/// The plan of a frame with history, for the preset "default".
 const FramePlan& Plan() {
   static const FramePlan plan = MakePlan(Settings(), FrameFacts(), {.has_history = true});
   return plan;
 }
 
-/// Planes as they stand in the middle of a frame: tilted planes at several depths, smooth motion by
-/// a fraction of a pixel, noisy light, histories of eight samples.
+/// Intermediate planes of a frame: tilted planes at several depths, smooth subpixel motion, noisy
+/// radiance, histories of eight samples.
 struct Planes720 {
   Image1 depth{kWidth, kHeight};
   Image3 normal{kWidth, kHeight};
@@ -117,7 +117,7 @@ void Measure(benchmark::State& state, const Body& body) {
   state.SetItemsProcessed(state.iterations() * kWidth * kHeight);
 }
 
-/// Arguments: signals, radius, step, whether with the weights of preset svgf.
+/// Arguments: signals, radius, step, whether to use the weights of preset svgf.
 void Atrous(benchmark::State& state, const StageTable& stages) {
   Planes720& p = Shared();
   AtrousParameters parameters = Plan().atrous;
@@ -139,8 +139,8 @@ void Atrous(benchmark::State& state, const StageTable& stages) {
   });
 }
 
-/// Also over the time that its arithmetic takes at the peak rate, measured in between: 15.5
-/// multiply-adds per tap, as counted for one signal.
+/// Also reports the ratio to the time of its arithmetic at the peak rate, measured alternately:
+/// 15.5 multiply-adds per tap, for one signal.
 void AtrousOfOneThread(benchmark::State& state) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 1);
   double peak = MultiplyAddsPerSecond();
@@ -153,7 +153,7 @@ void AtrousOfOneThread(benchmark::State& state) {
                          benchmark::Counter::kIsRate | benchmark::Counter::kInvert);
 }
 
-/// The least bytes of a frame of one signal: 72 per pixel.
+/// Minimum memory traffic of a frame with one signal: 72 bytes per pixel.
 void Copy(benchmark::State& state) {
   CopyTest copy(size_t{72} * kWidth * kHeight);
   for ([[maybe_unused]] auto _ : state) {
@@ -231,7 +231,7 @@ void Fxaa(benchmark::State& state, const StageTable& stages) {
   Measure(state, [&] { stages.fxaa(p.picture, nullptr, &p.picture2); });
 }
 
-/// Light that is smooth but for a grid of edges, as a filtered picture is; noise is all edges.
+/// Smooth radiance with a grid of edges, as in filtered images; noise would consist only of edges.
 void FxaaOfAFilteredPicture(benchmark::State& state, const StageTable& stages) {
   Image3 picture(kWidth, kHeight);
   Image3 out(kWidth, kHeight);
@@ -246,7 +246,7 @@ void FxaaOfAFilteredPicture(benchmark::State& state, const StageTable& stages) {
   Measure(state, [&] { stages.fxaa(picture, {}, &out); });
 }
 
-/// A frame with guides at one pixel in 128, as from a path tracer.
+/// A frame with guides in one of 128 pixels, as from a path tracer.
 Frame MakeSparseFrame(int index, float motion) {
   const Planes720& p = Shared();
   Frame f;
@@ -288,8 +288,8 @@ std::vector<Frame> MakeSparseFrames(float motion) {
   return frames;
 }
 
-/// Argument: whether the picture moves. Eight frames again and again: one pixel in 16 of a still
-/// picture is known.
+/// Argument: whether the image moves. Repeats eight frames, which in a static image give
+/// the guides of one of 16 pixels.
 void FillGuides(benchmark::State& state, const StageTable& stages) {
   static const std::vector<Frame> sequences[2] = {MakeSparseFrames(0), MakeSparseFrames(1)};
   const std::vector<Frame>& frames = sequences[state.range(0)];

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What every Vulkan device of this machine offers, as JSON on standard output: for results of
-// benchmarks, which mean little without it.
+// Properties and limits of all Vulkan devices of the system, as JSON on standard output: needed to
+// interpret benchmark results.
 #include <cstdio>
 #include <cstdlib>
 #include <string>

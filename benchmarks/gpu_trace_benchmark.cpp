@@ -1,18 +1,17 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays per second on a Vulkan device, in both ways of tracing, beside Embree on the CPU, in turn:
+// Rays per second on a Vulkan device, by both tracing methods, compared with Embree on the CPU:
 //
 //   gpu_trace_benchmark                                   the built-in scenes, any Vulkan device
 //   gpu_trace_benchmark --device vulkan:0 --size 1920x1080 --repeats 20 kitchen.glb
 //
-// Rays of the scene's camera, rays of all directions from the points that those meet, and shadow
-// rays from there to points of the scene (the same for all, in the order of the picture); then
-// milliseconds of whole frames with one path per pixel, shading included. Where the device traces
-// rays by hardware both ways are measured, in turn, and frames with their first hits drawn by the
-// rasteriser and traced. The least time of the repeats counts: on the
-// device that of the dispatch or the frame alone, by its own clock; of Embree that of tracing, on
-// all threads.
+// Primary rays, rays in random directions from the primary hits, and shadow rays from the primary
+// hits to points of the scene (identical for all methods, in image order); then milliseconds of
+// complete frames with one path per pixel, including shading. If the device has ray tracing
+// hardware, both tracing methods are measured alternately, and frames with rasterised and with
+// traced primary hits. The minimum over the repeats counts: on the device the time of the dispatch
+// or frame alone, by timestamps; for Embree the time of tracing, on all threads.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -77,7 +76,7 @@ std::vector<GpuRay> BounceRays(const SceneState& state, const std::vector<GpuRay
   return out;
 }
 
-/// From the points where the others begin, to points of the scene's box.
+/// Shadow rays from the origins of `rays` to points in the bounding box of the scene.
 std::vector<GpuRay> ShadowRays(const Scene& scene, std::vector<GpuRay> rays) {
   const Aabb box = SceneBounds(scene, 0);
   for (size_t i = 0; i < rays.size(); ++i) {
@@ -110,7 +109,7 @@ double EmbreeMilliseconds(const Accel& accel, const std::vector<GpuRay>& rays, b
   return time.count();
 }
 
-/// A way of tracing, and its last measurement.
+/// A tracing method, and its last measurement.
 struct Way {
   const char* name;
   TracingWay way;
@@ -119,7 +118,7 @@ struct Way {
   double least_ms = 1e30;
 };
 
-/// Whole frames by one way, with first hits drawn or traced.
+/// Complete frames by one tracing method, with rasterised or traced primary hits.
 struct FrameWay {
   std::string name;
   std::string first_hits;
@@ -128,7 +127,7 @@ struct FrameWay {
   RenderTimings best;
 };
 
-/// \param shadow  whether light passes, in place of first hits
+/// \param shadow  trace shadow rays instead of first hits
 Status Measure(const char* kind, const std::vector<GpuRay>& rays, bool shadow, const Accel& embree,
                const Options& options, std::vector<Way>* ways, Json* json) {
   double embree_ms = 1e30;
@@ -184,7 +183,7 @@ Result<std::vector<FrameWay>> MakeFrameWays(const std::shared_ptr<gpu::Device>& 
   return made;
 }
 
-/// Whole frames: guides, paths and shading, by the device's own clock.
+/// Complete frames: guides, paths and shading, measured by device timestamps.
 Status MeasureFrames(const Options& options, std::vector<FrameWay>* ways, Json* json) {
   for (int i = 0; i < options.repeats; ++i) {
     for (FrameWay& way : *ways) {
@@ -321,7 +320,7 @@ Status Run(Options options) {
   for (const std::string& scene : options.scenes) {
     STILLRAY_RETURN_IF_ERROR(RunScene(*device, scene, options, &scenes));
     std::fflush(stdout);
-    // After each scene: a run that is ended early leaves those that it has measured.
+    // Written after each scene, so that an interrupted run keeps its results.
     STILLRAY_RETURN_IF_ERROR(WriteJson(options, *chosen, scenes));
   }
   return Status::Ok();

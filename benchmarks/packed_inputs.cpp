@@ -11,7 +11,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// The texels of a picture, row by row; `texel` appends the words of one.
+/// Packs the texels of an image, row by row; `texel` appends the words of one texel.
 template <typename Texel>
 std::vector<uint32_t> Pack(const Frame& f, const Texel& texel) {
   std::vector<uint32_t> words;

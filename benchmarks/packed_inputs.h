@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A frame in images of the formats that a real-time renderer keeps: light and normals as halves,
-/// albedos in 8 bits, motion as two halves, depth and id in 32 bits; the result as halves.
+/// A frame in the image formats of a real-time renderer: radiance and normals as halves, albedos in
+/// 8 bits, motion as two halves, depth and id in 32 bits; the result as halves.
 #pragma once
 
 #include <memory>
@@ -16,10 +16,11 @@ namespace stillray::vulkan {
 
 class PackedInputs {
  public:
-  /// \param frame  with depth, normal, albedo, specular albedo, motion and id, and without others
+  /// \param frame  must have depth, normal, albedo, specular albedo, motion and id, and no other
+  ///     guides
   static Result<std::unique_ptr<PackedInputs>> Create(const gpu::DeviceContext* context,
                                                       const Frame& frame);
-  /// Copies the frame to the images, and prepares that of the result; once.
+  /// Records the copy of the frame to the images, and prepares the result image; call once.
   void Record(VkCommandBuffer commands);
 
   const FrameInputs& inputs() const { return inputs_; }

@@ -20,7 +20,7 @@
 namespace stillray::render {
 namespace {
 
-/// Rays that one task takes: about as many as the tracer has at hand at a time.
+/// Rays per task: about the number of rays that the path tracer processes at a time.
 constexpr size_t kTask = 4096;
 /// Padding behind the last ray, for packets and streams.
 constexpr size_t kPadding = 16;
@@ -39,7 +39,7 @@ void LoadPacket(const RayLog& log, size_t first, size_t end, Ray* ray, int* vali
   }
 }
 
-/// Fields with the same value in all rays, which Embree does not modify.
+/// Sets the fields that are equal for all rays and not modified by Embree.
 template <int kWidth, typename Ray>
 void PreparePacket(Ray* ray) {
   for (int i = 0; i < kWidth; ++i) {
@@ -57,7 +57,7 @@ void LoadSingle(const RayLog& log, size_t i, RTCRay* ray) {
       RTCRay{v[0][i], v[1][i], v[2][i], 0.0f, v[3][i], v[4][i], v[5][i], 0.0f, v[6][i], ~0u, 0, 0};
 }
 
-/// Calls Embree for the rays of one task. Returns how many met something.
+/// Calls Embree for the rays of one task. Returns the number of hits.
 struct Loop {
   RTCScene scene;
   const RayLog& log;
@@ -308,7 +308,7 @@ Result<std::unique_ptr<RayBench>> RayBench::Record(const Scene& scene,
                                                    const RenderMoment& moment) {
   try {
     auto bench = std::make_unique<EmbreeRayBench>();
-    RenderSettings without_images = settings;  // the phases are those of paths
+    RenderSettings without_images = settings;  // only the phases of paths are measured
     without_images.virtual_guides = false;
     STILLRAY_RETURN_IF_ERROR(bench->RecordFrame(scene, without_images, moment));
     STILLRAY_RETURN_IF_ERROR(bench->Build(scene, moment.seconds));

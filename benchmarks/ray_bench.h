@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The lower bound of the tracer's time: Embree alone traces the rays of one of its frames again.
+/// Lower bound of the path tracer's time: Embree alone retraces the rays of a frame.
 #pragma once
 
 #include <array>
@@ -16,12 +16,12 @@ enum class RayPhase : uint8_t { kPrimary, kBounce, kShadow };
 inline constexpr int kRayPhaseCount = 3;
 const char* RayPhaseName(RayPhase phase);
 
-/// Ways to hand rays to Embree.
+/// Embree calls for tracing rays.
 enum class RayCall : uint8_t { kSingle, kPacket4, kPacket8, kPacket16, kStream };
 inline constexpr int kRayCallCount = 5;
 const char* RayCallName(RayCall call);
 
-/// The time of a loop over rays, summed over its threads, and its results.
+/// The time of a loop over rays, summed over threads, and its results.
 struct RayRun {
   double thread_ms = 0;
   uint64_t rays = 0;
@@ -31,12 +31,12 @@ struct RayRun {
   double Rate() const { return thread_ms > 0 ? static_cast<double>(rays) / thread_ms * 1e-3 : 0; }
 };
 
-/// The rays of one frame in the order of tracing, and loops that only call Embree for them: load a
-/// packet, trace it, sum the results. Their BVH is a flat one of all triangles at that moment,
-/// without filters, with the tracer's quality setting.
+/// The rays of one frame in tracing order, and loops that only call Embree for them: load a packet,
+/// trace it, sum the results. The BVH is a flat BVH of all triangles at the frame's moment, without
+/// filters, with the path tracer's quality setting.
 class RayBench {
  public:
-  /// Renders the frame once, on one thread, to record its rays.
+  /// Records the rays by rendering the frame once, on one thread.
   static Result<std::unique_ptr<RayBench>> Record(const Scene& scene,
                                                   const RenderSettings& settings,
                                                   const RenderMoment& moment);

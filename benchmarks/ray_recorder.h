@@ -20,7 +20,7 @@ struct RayLog {
     int count = 0;
   };
   std::vector<Batch> batches;
-  /// Origin x, y, z, direction x, y, z, end: of all rays, with room for a packet behind the last.
+  /// Origin x, y, z, direction x, y, z and end of all rays, padded by a packet.
   std::array<std::vector<float>, 7> values;
 
   size_t count() const { return batches.empty() ? 0 : batches.back().first + batches.back().count; }
@@ -28,8 +28,8 @@ struct RayLog {
 
 using RayLogs = std::array<RayLog, kRayPhaseCount>;
 
-/// An Accel that hands everything on to `inner` and keeps the rays in `logs`, which must outlive
-/// it. For one thread at a time.
+/// An Accel that forwards all calls to `inner` and records the rays in `logs`, which must outlive
+/// it. Not thread-safe.
 std::unique_ptr<Accel> MakeRecordingAccel(std::unique_ptr<Accel> inner, RayLogs* logs);
 
 }  // namespace stillray::render

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Processor time of a frame of the path tracer, and of Embree alone for its rays, over all threads.
-// Scenes are the built-in ones; 320x180 pixels, one path per pixel.
+// CPU time of a frame of the path tracer, and of Embree alone for its rays, summed over threads:
+// built-in scenes, 320x180 pixels, one path per pixel.
 //
 //   trace_benchmark --benchmark_filter=Frame/cornell --benchmark_repetitions=5
 #include <memory>

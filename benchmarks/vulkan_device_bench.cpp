@@ -21,7 +21,7 @@
 namespace stillray::vulkan {
 namespace {
 
-/// Frames that fill histories, and take descriptor sets for the first time.
+/// Warm-up frames, which fill histories and allocate descriptor sets.
 constexpr int kWarmUp = 8;
 
 /// Slanted planes and a curved one, lit by sparse samples, under a camera that moves by a quarter
@@ -69,12 +69,12 @@ Frame MakeFrame(int width, int height) {
   return f;
 }
 
-/// Submissions last about this long: a wait for the device and its start take some 0.1 ms, and its
-/// clock falls while it waits.
+/// Approximate duration of a submission: waiting for the device and starting it take some 0.1 ms,
+/// and the device lowers its clock while idle.
 constexpr double kSubmissionMs = 20;
 constexpr int kMostFramesOfASubmission = 64;
 
-/// Where the frames come from and go to.
+/// Input and output images of the frames.
 struct Images {
   std::unique_ptr<FrameUpload> upload;
   std::unique_ptr<FrameDownload> download;
@@ -119,7 +119,7 @@ Result<Images> MakeImages(const gpu::DeviceContext* context, const Frame& frame,
   return images;
 }
 
-/// Denoises the same frame again and again.
+/// Denoises one frame repeatedly.
 class FrameLoop {
  public:
   FrameLoop(gpu::Device* device, const DeviceBenchOptions& options)
@@ -155,7 +155,7 @@ class FrameLoop {
     return times_.Create(3);
   }
 
-  /// Runs so many frames and copies in one submission.
+  /// Runs `frames` frames and copies in one submission.
   Status Run(int frames) {
     const Result<VkCommandBuffer> commands = device_->Begin();
     STILLRAY_RETURN_IF_ERROR(commands.status());
@@ -163,7 +163,8 @@ class FrameLoop {
       images_.Record(*commands);
     }
     const FrameInputs inputs = images_.Inputs();
-    // Only the last frame measures its stages: their marks make the device wait between them.
+    // Stages are measured only in the last frame: their timestamps make the device wait between
+    // stages.
     const int measured = std::max(frames - 1, 1);
     times_.Begin(*commands);
     times_.Mark(*commands, "frames");

@@ -11,12 +11,12 @@
 
 namespace stillray::vulkan {
 
-/// Bytes that a filter of five levels must read and write per pixel at least: those of the guides,
-/// and those of each signal.
+/// Minimum memory traffic of a filter with five levels in bytes per pixel: for the guides, and per
+/// signal.
 inline constexpr int kLeastSharedBytes = 62;
 inline constexpr int kLeastSignalBytes = 192;
 
-/// See BenchOnDevice; `device` of the result is left empty.
+/// See BenchOnDevice; leaves `device` of the result empty.
 Result<DeviceBenchResult> RunDeviceBench(const std::shared_ptr<gpu::Device>& device,
                                          const DeviceBenchOptions& options);
 

@@ -32,7 +32,7 @@ int ReportError(const Status& status) {
 
 namespace {
 
-/// If threads cannot be created the machine is at fault; other such errors are defects of stillray.
+/// Failure to create a thread is a system error; all other system_errors are defects of stillray.
 Status OfSystem(const std::system_error& error) {
   if (error.code() == std::errc::resource_unavailable_try_again) {
     return Status::OutOfMemory(fmt::format(
@@ -48,7 +48,7 @@ int Main(int argc, char** argv) {
                "stillray"};
   app.set_version_flag("--version", std::string("stillray " STILLRAY_VERSION));
   app.require_subcommand(0, 1);
-  // The last of a repeated option counts, so that scripts can append to a command line.
+  // The last occurrence of an option takes effect, so that scripts can append to a command line.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
   app.footer(
       "stillray help COMMAND explains a command, with examples. Exit codes: 0 success, 2 bad "
@@ -80,7 +80,7 @@ int Main(int argc, char** argv) {
   return exit_code;
 }
 
-/// Lost output of findings is an error, too.
+/// Lost standard output is an error, even after success or findings.
 int WithOutputWritten(int exit_code) {
   const int error = OutputError();
   if (error == 0 || (exit_code != kExitOk && exit_code != kExitFindings)) {
@@ -94,7 +94,8 @@ int WithOutputWritten(int exit_code) {
 }  // namespace stillray
 
 int main(int argc, char** argv) {
-  // A write beyond the file size limit then fails with a message instead of ending the program.
+  // A write beyond the file size limit then fails with a message instead of terminating the
+  // program.
   std::signal(SIGXFSZ, SIG_IGN);
   stillray::OccupyClosedStreams();
   stillray::KeepCommandLine(argc, argv);

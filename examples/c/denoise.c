@@ -14,11 +14,11 @@
 enum { WIDTH = 320, HEIGHT = 180, PIXELS = WIDTH * HEIGHT, FRAMES = 16, PAN = 2 };
 
 static float light[PIXELS * 3];  /* noisy, linear RGB, albedo multiplied in */
-static float truth[PIXELS * 3];  /* what many samples would give */
-static float albedo[PIXELS * 3]; /* what the surface reflects */
+static float truth[PIXELS * 3];  /* converged radiance */
+static float albedo[PIXELS * 3]; /* reflectance of the surface */
 static float normal[PIXELS * 3]; /* world space */
 static float depth[PIXELS];      /* linear view z */
-static float motion[PIXELS * 2]; /* where the surface was one frame ago, in pixels */
+static float motion[PIXELS * 2]; /* previous minus current position, in pixels */
 static float clean[PIXELS * 3];
 
 static float uniform(uint32_t frame, uint32_t pixel) {
@@ -33,9 +33,9 @@ static void render(int frame) {
   for (y = 0; y < HEIGHT; ++y) {
     for (x = 0; x < WIDTH; ++x) {
       const int i = y * WIDTH + x;
-      const int u = x + PAN * frame; /* place on the wall */
+      const int u = x + PAN * frame; /* position on the wall */
       const float arriving = 0.6f + 0.4f * sinf((float)u * 0.02f) * cosf((float)y * 0.03f);
-      /* One sample finds the light in one of four cases, and then all of it. */
+      /* One sample hits the light with probability 1/4, and is then weighted by 4. */
       const float sample = uniform((uint32_t)frame, (uint32_t)i) < 0.25f ? 4.0f * arriving : 0.0f;
       for (c = 0; c < 3; ++c) {
         albedo[3 * i + c] = (u / 16 + y / 16) % 2 == 0 ? 0.8f : 0.2f + 0.2f * (float)c;
@@ -80,7 +80,7 @@ static void write_ppm(const char* folder, const char* name, const float* picture
   }
 }
 
-/* Stops with the denoiser's message if a call failed. */
+/* Exits with the denoiser's message if a call failed. */
 static void check(stillray_error error, const stillray_denoiser* denoiser) {
   if (error != STILLRAY_OK) {
     fprintf(stderr, "%s: %s\n", stillray_error_name(error), stillray_error_message(denoiser));
@@ -104,9 +104,9 @@ int main(int argc, char** argv) {
 
   check(stillray_device_create(STILLRAY_ABI_VERSION, 0, &device), NULL);
   check(stillray_denoiser_create(device, "default", &denoiser), NULL);
-  stillray_device_release(device); /* the denoiser keeps what it needs */
+  stillray_device_release(device); /* the denoiser holds its own reference */
 
-  /* Memory is described once, as it stays the same from frame to frame. */
+  /* Memory is described once, since all frames use the same buffers. */
   set_input(denoiser, "direct_diffuse", light, 3);
   set_input(denoiser, "albedo", albedo, 3);
   set_input(denoiser, "normal", normal, 3);

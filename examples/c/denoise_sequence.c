@@ -1,9 +1,9 @@
 /* SPDX-FileCopyrightText: the stillray developers
  * SPDX-License-Identifier: Apache-2.0 */
 
-/* A sequence denoised with light of earlier and of later frames: frames are pushed as they are
- * rendered, and come out some frames later. A wall over which the camera pans is lit with one
- * noisy sample per pixel. Writes denoised.ppm of the first frame, which has no past.
+/* Denoises a sequence with past and future frames: frames are pushed as they are rendered, and
+ * pulled some frames later. The camera pans over a wall that is lit with one noisy sample per
+ * pixel. Writes denoised.ppm of the first frame, which has no past.
  *   cc denoise_sequence.c $(pkg-config --cflags --libs stillray) -lm && ./a.out [FOLDER] */
 #include <math.h>
 #include <stdint.h>
@@ -24,7 +24,7 @@ static float uniform(uint32_t frame, uint32_t pixel) {
   return (float)((h ^ h >> 16) >> 8) / 16777216.0f;
 }
 
-/* Light that arrives at a place of the wall that is at pixel i of a frame. */
+/* Irradiance over pi at the point of the wall that is visible in pixel i of a frame. */
 static float arriving(int frame, int i) {
   const int u = i % WIDTH + PAN * frame;
   return 0.6f + 0.4f * sinf((float)u * 0.02f) * cosf((float)(i / WIDTH) * 0.03f);
@@ -76,7 +76,7 @@ static void write_ppm(const char* folder, const char* name, const float* picture
   }
 }
 
-/* Stops with the denoiser's message if a call failed. */
+/* Exits with the denoiser's message if a call failed. */
 static void check(stillray_error error, const stillray_denoiser* denoiser) {
   if (error != STILLRAY_OK) {
     fprintf(stderr, "%s: %s\n", stillray_error_name(error), stillray_error_message(denoiser));
@@ -104,7 +104,7 @@ int main(int argc, char** argv) {
 
   check(stillray_device_create(STILLRAY_ABI_VERSION, 0, &device), NULL);
   check(stillray_denoiser_create(device, "default", &denoiser), NULL);
-  stillray_device_release(device); /* the denoiser keeps what it needs */
+  stillray_device_release(device); /* the denoiser holds its own reference */
   set_input(denoiser, "direct_diffuse", light, 3);
   set_input(denoiser, "albedo", albedo, 3);
   set_input(denoiser, "normal", normal, 3);
@@ -122,7 +122,7 @@ int main(int argc, char** argv) {
       check(stillray_denoiser_finish(denoiser), denoiser);
     }
     noisy = frame == 0 ? rms_error(light, 0) : noisy;
-    for (;; ++done) { /* all frames that are ready */
+    for (;; ++done) { /* all finished frames */
       check(stillray_denoiser_pull(denoiser, &pulled), denoiser);
       if (!pulled) {
         break;

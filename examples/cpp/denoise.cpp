@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A renderer loop in C++ that samples adaptively: after every frame the denoiser says where noise
-/// remains, and those pixels get more samples in the next one. Planar images, one plane per
-/// channel.
+/// A renderer loop in C++ with adaptive sampling: after every frame the denoiser returns the
+/// remaining variance, and noisy pixels get more samples in the next frame. Planar images, one
+/// plane per channel.
 ///   c++ -std=c++17 denoise.cpp $(pkg-config --cflags --libs stillray) && ./a.out [FOLDER]
 #include <algorithm>
 #include <cmath>
@@ -45,11 +45,11 @@ float Uniform(uint32_t frame, uint32_t pixel, uint32_t sample) {
 }
 
 int SamplesFor(float variance, int frame) {
-  // As many as would bring the error down to 1 %, within reason.
+  // Sample count for an error of 1 %, clamped.
   return frame == 0 ? 1 : std::clamp(static_cast<int>(variance / 1e-4f), 1, kMostSamples);
 }
 
-/// A wall whose left half is lit evenly and whose right half is noisy.
+/// Renders a wall whose left half is evenly lit and whose right half is noisy.
 void Render(int frame, Images* images) {
   for (int i = 0; i < kPixels; ++i) {
     const int x = i % kWidth;
@@ -87,7 +87,7 @@ double RmsError(const std::vector<float>& picture, const std::vector<float>& tru
   return std::sqrt(sum / static_cast<double>(picture.size()));
 }
 
-/// Scene-linear, 32-bit floats, rows from the bottom, as the format has them.
+/// Writes scene-linear 32-bit floats, rows from the bottom, as defined by the format.
 void WritePfm(const std::string& path, const std::vector<float>& planes) {
   std::ofstream file(path, std::ios::binary);
   file << "PF\n" << kWidth << " " << kHeight << "\n-1.0\n";

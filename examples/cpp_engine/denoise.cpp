@@ -41,12 +41,14 @@ void Set(Image3* image, int x, int y, float r, float g, float b) {
   (*image)[2](x, y) = b;
 }
 
-/// Light that reaches a surface, by one sample: in one of four cases all of it, else nothing.
+/// One-sample estimate of the irradiance over pi: four times `arriving` with probability 1/4, else
+/// 0.
 float Sample(float arriving, float random) {
   return random < 0.25f ? 4.0f * arriving : 0.0f;
 }
 
-/// Allocates the images that this renderer has. Empty images are not given.
+/// Allocates the images that this renderer provides; empty images are optional inputs that are
+/// omitted.
 stillray::Frame MakeFrame() {
   using stillray::Image1;
   stillray::Frame frame;
@@ -75,14 +77,14 @@ void RenderPixel(int x, int y, stillray::Frame* frame, Image3* truth) {
   stillray::Guides& g = frame->guides;
   Image3& diffuse = frame->signals[0].radiance;
   Image3& specular = frame->signals[1].radiance;
-  if (y < kHorizon) {  // the ray left the scene: no surface, and light without noise
+  if (y < kHorizon) {  // the ray left the scene: no surface, and radiance without noise
     const float sky = 0.3f + 0.01f * static_cast<float>(y);
     g.depth(x, y) = std::numeric_limits<float>::infinity();
     Set(&frame->background, x, y, 0.6f * sky, 0.8f * sky, sky);
     Set(truth, x, y, 0.6f * sky, 0.8f * sky, sky);
     return;
   }
-  const int u = x + kPan * static_cast<int>(frame->index);  // place on the surface
+  const int u = x + kPan * static_cast<int>(frame->index);  // position on the surface
   const bool floor = y >= kFloor;
   const float arriving = 0.6f + 0.4f * std::sin(static_cast<float>(u) * 0.02f);
   const float shade = (u / 16 + y / 16) % 2 == 0 ? 0.8f : 0.3f;
@@ -93,12 +95,13 @@ void RenderPixel(int x, int y, stillray::Frame* frame, Image3* truth) {
   const float diffuse_sample = Sample(arriving, Uniform(frame->index, x, y, 0));
   const float specular_sample = Sample(2 * arriving, Uniform(frame->index, x, y, 1));
 
-  // Linear view z: of the floor it falls towards the lower edge, as 1 / (distance to the horizon).
+  // Linear view z: on the floor it decreases towards the lower edge, as 1 / (distance to the
+  // horizon).
   g.depth(x, y) = floor ? 350.0f / static_cast<float>(y - kHorizon) : 5.0f;
   Set(&g.normal, x, y, 0, floor ? 1.0f : 0.0f, floor ? 0.0f : 1.0f);
   Set(&g.albedo, x, y, albedo[0], albedo[1], albedo[2]);
   Set(&g.specular_albedo, x, y, shine, shine, shine);
-  g.motion[0](x, y) = kPan;  // where this point was one frame ago, less where it is now
+  g.motion[0](x, y) = kPan;  // previous minus current pixel position of the point
   g.motion[1](x, y) = 0;
   g.id(x, y) = floor ? 1 : 2;
   Set(&diffuse, x, y, albedo[0] * diffuse_sample, albedo[1] * diffuse_sample,
@@ -149,7 +152,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "%s\n", denoiser.status().message().c_str());
     return 1;
   }
-  stillray::Frame frame = MakeFrame();  // its memory serves for all frames
+  stillray::Frame frame = MakeFrame();  // memory reused for all frames
   stillray::DenoisedFrame clean;
   Image3 truth(kWidth, kHeight);
   for (frame.index = 0; frame.index < kFrames; ++frame.index) {

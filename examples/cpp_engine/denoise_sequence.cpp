@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A sequence denoised with light of earlier and of later frames: frames are pushed as they are
-/// rendered, and come out some frames later. A wall over which the camera pans is lit with one
-/// noisy sample per pixel. Prints the error of the first frame, which has no past.
+/// Denoises a sequence with past and future frames: frames are pushed as they are rendered, and
+/// pulled some frames later. The camera pans over a wall that is lit with one noisy sample per
+/// pixel. Prints the error of the first frame, which has no past.
 ///   denoise_sequence_cpp_engine
 #include <cmath>
 #include <cstdint>
@@ -30,7 +30,7 @@ float Uniform(int64_t frame, int x, int y) {
   return static_cast<float>((h ^ h >> 16) >> 8) / 16777216.0f;
 }
 
-/// Light that arrives at the place of the wall that a pixel of a frame shows.
+/// Irradiance over pi at the point of the wall that is visible in a pixel of a frame.
 float Arriving(int64_t frame, int x, int y) {
   const auto u = static_cast<float>(x + kPan * frame);
   return 0.6f + 0.4f * std::sin(0.02f * u) * std::cos(0.03f * static_cast<float>(y));
@@ -75,7 +75,7 @@ double RmsError(const Image3& picture, int64_t frame) {
   return std::sqrt(sum / (3.0 * kWidth * kHeight));
 }
 
-/// Pulls all frames that are ready. \param done  [in,out] frames that were pulled
+/// Pulls all finished frames. \param done [in,out] number of pulled frames
 stillray::Status PullReady(stillray::TwoWayDenoiser* denoiser, int* done) {
   while (denoiser->ready()) {
     stillray::DenoisedFrame clean;

@@ -16,11 +16,11 @@ WIDTH, HEIGHT, FRAMES, PAN = 320, 180, 16, 2
 
 
 def render(index: int, rng: np.random.Generator) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    """A frame's images, and what many samples would give."""
+    """The images of a frame, and its converged radiance."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
-    u = x + PAN * index  # place on the wall
+    u = x + PAN * index  # position on the wall
     arriving = 0.6 + 0.4 * np.sin(0.02 * u) * np.cos(0.03 * y)
-    # One sample finds the light in one of four cases, and then all of it.
+    # One sample hits the light with probability 1/4, and is then weighted by 4.
     sample = np.where(rng.random((HEIGHT, WIDTH)) < 0.25, 4 * arriving, 0)
     chequered = ((u // 16 + y // 16) % 2 == 0)[..., None]
     albedo = np.where(chequered, 0.8, np.array([0.2, 0.4, 0.6])).astype(np.float32)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""What `stillray denoise IN -o OUT --window both --passes` does.
+"""Equivalent to `stillray denoise IN -o OUT --window both --passes`.
 
     python3 denoise_files.py IN_FOLDER OUT_FOLDER
 """

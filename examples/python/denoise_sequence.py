@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: the stillray developers
 # SPDX-License-Identifier: Apache-2.0
-"""A sequence denoised with light of earlier and of later frames: a wall over which the camera pans,
-lit with one noisy sample per pixel. Prints the error of the first frame, which has no past.
+"""Denoises a sequence with past and future frames: the camera pans over a wall that is lit with one
+noisy sample per pixel. Prints the error of the first frame, which has no past.
 
     python3 denoise_sequence.py
 """
@@ -14,7 +14,7 @@ ALBEDO = np.array([0.3, 0.5, 0.7], np.float32)
 
 
 def truth(index: int) -> np.ndarray:
-    """What many samples would give."""
+    """The converged radiance of a frame."""
     y, x = np.mgrid[0:HEIGHT, 0:WIDTH].astype(np.float32)
     arriving = 0.6 + 0.4 * np.sin(0.02 * (x + PAN * index)) * np.cos(0.03 * y)
     return (arriving[..., None] * ALBEDO).astype(np.float32)
@@ -43,7 +43,7 @@ def main() -> None:
     denoiser = stillray.Denoiser("default")
     first = render(0)
     print(f"memory: {denoiser.memory_need(first)['most'] / 1e6:.0f} MB at most")
-    frames = (render(index) for index in range(FRAMES))  # each is rendered when it is needed
+    frames = (render(index) for index in range(FRAMES))  # rendered on demand
     for index, clean in enumerate(stillray.denoise_sequence(denoiser, frames)):
         if index == 0:
             noisy = rms_error(first["direct_diffuse"], 0)

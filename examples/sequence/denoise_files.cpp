@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Denoises the EXR files of a sequence with light of past and future frames, and with every light
-/// layer on its own: `stillray denoise INPUT -o FOLDER --passes`.
+/// Denoises the EXR files of a sequence with past and future frames, and every light layer
+/// separately: `stillray denoise INPUT -o FOLDER --passes`.
 ///   denoise_files 'shot.####.exr' clean/
 #include <cstdio>
 #include <filesystem>

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray within a renderer's Vulkan frame: a compute shader renders a noisy picture and its
-// guides, and the denoiser filters it, both in one command buffer, without a copy. Three frames are
-// in flight, and the resolution changes while they are.
+// stillray within a renderer's Vulkan frame: a compute shader renders a noisy image and its guides,
+// and the denoiser filters it, both in one command buffer, without a copy. Three frames are in
+// flight, including during changes of the resolution.
 //
 //   denoise_vulkan [FOLDER]     writes noisy.ppm and denoised.ppm there; prints the errors of both,
 //                               and those around the changes of the resolution
@@ -42,11 +42,11 @@ Size SizeOf(int frame) {
 void Check(VkResult result, const char* what) {
   if (result != VK_SUCCESS) {
     std::fprintf(stderr, "%s failed: %d\n", what, static_cast<int>(result));
-    std::exit(result == VK_ERROR_INCOMPATIBLE_DRIVER ? 77 : 1);  // 77: nothing to run on
+    std::exit(result == VK_ERROR_INCOMPATIBLE_DRIVER ? 77 : 1);  // 77: skipped, no device
   }
 }
 
-/// The renderer's objects. It ends with the program, so that most are left to the device.
+/// The renderer's Vulkan objects. Most are not destroyed, since the program ends with the renderer.
 struct Renderer {
   VkInstance instance = VK_NULL_HANDLE;
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -84,7 +84,7 @@ void MakeDevice(Renderer* r) {
   queue.queueCount = 1;
   queue.pQueuePriorities = &priority;
   VkPhysicalDeviceFeatures features = {};
-  features.shaderStorageImageExtendedFormats = VK_TRUE;  // the denoiser needs it
+  features.shaderStorageImageExtendedFormats = VK_TRUE;  // required by the denoiser
   VkDeviceCreateInfo device = {};
   device.sType = VK_STRUCTURE_TYPE_DEVICE_CREATE_INFO;
   device.queueCreateInfoCount = 1;
@@ -268,7 +268,7 @@ void ToGeneral(VkCommandBuffer commands, const Image& image) {
                        &barrier);
 }
 
-/// Four halves per pixel of a frame, read by the host.
+/// Readback buffer with four halves per pixel of a frame.
 struct Readback {
   VkBuffer buffer = VK_NULL_HANDLE;
   const uint16_t* values = nullptr;
@@ -331,14 +331,14 @@ void WritePpm(const std::string& path, const std::vector<float>& rgb) {
   std::fclose(file);
 }
 
-/// One frame on its way to the device, with images of its own.
+/// A frame in flight, with separate images.
 struct Flight {
   VkCommandBuffer commands = VK_NULL_HANDLE;
   VkFence fence = VK_NULL_HANDLE;
   GBuffer guides;
   Image colour;
   Readback readback;
-  int frame = -1;  ///< not yet finished; -1: none
+  int frame = -1;  ///< number of the unfinished frame; -1: none
 };
 
 void Begin(const Flight& flight) {
@@ -407,7 +407,7 @@ void CopyOut(const Flight& flight, const Image& image, Size size) {
           VK_PIPELINE_STAGE_HOST_BIT, VK_ACCESS_HOST_READ_BIT);
 }
 
-/// The scene without the denoiser.
+/// Renders the scene without the denoiser.
 std::vector<float> Light(const Renderer& r, const Scene& scene, const Flight& flight,
                          const ScenePush& push) {
   Begin(flight);
@@ -480,7 +480,7 @@ int main(int argc, char** argv) {
   std::vector<std::vector<float>> pictures(kFrames);
   for (int i = 0; i < kFrames + kInFlight; ++i) {
     Flight& flight = flights[static_cast<size_t>(i % kInFlight)];
-    if (flight.frame >= 0) {  // the frame before the last ones: its images are free afterwards
+    if (flight.frame >= 0) {  // waits for the oldest frame in flight, whose images are then reused
       Wait(r, flight);
       pictures[static_cast<size_t>(flight.frame)] = Values(flight.readback, SizeOf(flight.frame));
       flight.frame = -1;

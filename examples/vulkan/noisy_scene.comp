@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// A ball on a floor, lit by a lamp that every second pixel misses: light and guides.
+// Renders a ball on a floor, lit by a lamp that every second pixel misses: radiance and guides.
 layout(local_size_x = 8, local_size_y = 8) in;
 layout(set = 0, binding = 0, rgba16f) writeonly uniform image2D light_image;
 layout(set = 0, binding = 1, r32f) writeonly uniform image2D depth_image;
@@ -12,13 +12,13 @@ layout(set = 0, binding = 4, rg16f) writeonly uniform image2D motion_image;
 layout(push_constant) uniform Push {
   uint frame;
   uint noisy;
-  ivec2 size;  // of the frame; images may be larger
+  ivec2 size;  // size of the frame; images may be larger
 };
 
 const vec3 kBall = vec3(0.0, 0.0, 4.0);
 const vec3 kLamp = vec3(-2.0, 3.0, 2.0);
 
-// 0..1 from three numbers.
+// Random number in 0..1, a hash of three numbers.
 float Random(uvec3 v) {
   uint h = v.x * 0x9e3779b1u ^ v.y * 0x85ebca77u ^ v.z * 0xc2b2ae3du;
   h = (h ^ (h >> 15)) * 0x2c1b3c6du;
@@ -26,7 +26,7 @@ float Random(uvec3 v) {
   return float((h ^ (h >> 15)) >> 8) / 16777216.0;
 }
 
-// Distance along a ray to a ball of radius 1; negative if it is missed.
+// Distance along a ray to a ball of radius 1; negative without a hit.
 float HitBall(vec3 origin, vec3 direction) {
   vec3 to = origin - kBall;
   float b = dot(to, direction);

@@ -10,15 +10,15 @@
 
 namespace stillray::gpu {
 
-/// Move-only; its buffer must outlive it.
+/// Move-only; the buffer must outlive the acceleration structure.
 class Acceleration {
  public:
-  /// Usage flags that its buffer needs.
+  /// Required usage flags of the buffer.
   static constexpr VkBufferUsageFlags kUsage =
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_STORAGE_BIT_KHR |
       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-  /// Occupies the whole buffer; nothing is built yet.
+  /// Creates a structure that occupies the whole buffer; does not build it.
   static Result<Acceleration> Create(const DeviceContext* context, const Buffer& buffer,
                                      VkAccelerationStructureTypeKHR type);
   Acceleration() = default;
@@ -35,7 +35,8 @@ class Acceleration {
   VkDeviceAddress address_ = 0;
 };
 
-/// Barrier: builds and copies before it are visible to builds, copies and queries after it.
+/// Records a barrier that makes earlier builds and copies visible to later builds, copies and
+/// queries.
 void WaitForBuilds(const DeviceContext& context, VkCommandBuffer commands);
 
 }  // namespace stillray::gpu

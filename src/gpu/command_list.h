@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Commands that are collected first and recorded at once: if a descriptor set or a pipeline cannot
-/// be made half-way through a frame, the command buffer is as it was.
+/// Commands that are collected first and recorded at once: if the creation of a descriptor set or
+/// pipeline fails during a frame, the command buffer is unchanged.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace stillray::gpu {
 
-/// A dispatch with all that it binds.
+/// A dispatch with its pipeline and descriptor sets.
 struct DispatchCommand {
   static constexpr size_t kMostSets = 2;
 
@@ -27,15 +27,15 @@ struct DispatchCommand {
   VkPipelineLayout layout = VK_NULL_HANDLE;
   std::array<VkDescriptorSet, kMostSets> sets = {};
   uint32_t set_count = 0;
-  uint32_t x = 1;  ///< workgroups
+  uint32_t x = 1;  ///< workgroup counts
   uint32_t y = 1;
 };
 
-/// Holds its memory between frames, so that a frame of known length allocates none.
+/// Keeps its memory between frames, so that recording a frame of constant length does not allocate.
 class CommandList {
  public:
-  /// \param labels  marks the parts for debuggers, by VK_EXT_debug_utils: its functions must be
-  ///     there
+  /// \param labels  emit debug labels around the parts; requires the functions of
+  ///     VK_EXT_debug_utils
   explicit CommandList(const DeviceContext* context, bool labels = false)
       : context_(context), labels_(labels) {}
   CommandList(const CommandList&) = delete;
@@ -49,15 +49,15 @@ class CommandList {
   void Fill(VkBuffer buffer, VkDeviceSize offset, VkDeviceSize size, uint32_t value);
   /// \param bytes  copied; at most 65536, a multiple of 4
   void Update(VkBuffer buffer, VkDeviceSize offset, std::span<const std::byte> bytes);
-  /// Resets the times of a frame; see Timestamps::Begin.
+  /// Resets the timestamps of a frame; see Timestamps::Begin.
   void BeginTimes(Timestamps* times, uint32_t frame);
-  /// Ends the last part, and begins one. \param name   of static storage; empty: none begins
-  /// \param times  measures it; nullptr: not
+  /// Ends the current part, and begins a new one. \param name static string; empty: begins no part
+  /// \param times  measures the part; nullptr: not measured
   void BeginPart(std::string_view name, Timestamps* times);
-  /// What has no command of its own. It runs when the list is recorded.
+  /// Adds a callback that records other commands; called when the list is recorded.
   void Call(std::function<void(VkCommandBuffer)> call);
 
-  /// Records all commands in their order, and clears the list.
+  /// Records all commands in order, and clears the list.
   void Record(VkCommandBuffer commands);
   void Clear();
 
@@ -112,7 +112,7 @@ class CommandList {
 
   const DeviceContext* context_;
   bool labels_;
-  bool in_label_ = false;  ///< while the list is recorded
+  bool in_label_ = false;  ///< whether a debug label is open during Record
   std::vector<Entry> entries_;
   std::vector<std::byte> bytes_;
 };

@@ -44,7 +44,7 @@ Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance inst
 
 Device::Device() = default;
 
-/// Finds a queue for compute, preferring one with graphics and timestamps.
+/// Selects a compute queue family, preferably with graphics and timestamps.
 Status Device::FindQueue() {
   const InstanceFunctions& vk = instance_->functions();
   uint32_t count = 0;
@@ -70,7 +70,7 @@ Status Device::FindQueue() {
                         fmt::format("{}: the device has no queue for compute", info_.name));
 }
 
-/// Adds ray tracing to the context, for devices with the extensions.
+/// Adds the ray tracing functions and limits to the context, for devices with the extensions.
 Status Device::AddRayTracing() {
   context_.ray_tracing = info_.ray_tracing;
   context_.shader_stages |= VK_PIPELINE_STAGE_RAY_TRACING_SHADER_BIT_KHR;
@@ -193,7 +193,7 @@ Device::~Device() {
     return;
   }
   if (hangs_) {
-    // What a device that hangs uses can be neither waited for nor destroyed, nor can its instance.
+    // Resources of a hanging device, and its instance, can neither be waited for nor destroyed.
     using Kept = std::pair<std::shared_ptr<Instance>, std::unique_ptr<SharedPipelines>>;
     static auto* const kept = new std::vector<Kept>();
     kept->emplace_back(instance_, std::move(pipelines_));
@@ -210,8 +210,7 @@ Device::~Device() {
 
 namespace {
 
-/// How long to wait for a GPU: STILLRAY_GPU_TIMEOUT, or 10 seconds if it is no whole number above
-/// 0.
+/// Timeout for a GPU: STILLRAY_GPU_TIMEOUT, or 10 seconds if it is not a positive integer.
 uint64_t WaitSeconds() {
   constexpr uint64_t kDefault = 10;
   constexpr uint64_t kMost = 1'000'000;
@@ -254,7 +253,7 @@ Status Device::Submit() {
   submit.commandBufferCount = 1;
   submit.pCommandBuffers = &commands_;
   STILLRAY_RETURN_IF_ERROR(ToStatus(vk.QueueSubmit(queue_, 1, &submit, fence_), "submitting work"));
-  // A software driver may take any time.
+  // No timeout for software drivers.
   const uint64_t limit = info_.is_gpu ? WaitSeconds() * 1'000'000'000 : UINT64_MAX;
   const VkResult waited = vk.WaitForFences(context_.device, 1, &fence_, VK_TRUE, limit);
   if (waited == VK_TIMEOUT) {
@@ -270,7 +269,7 @@ Status Device::Run() {
   const Status done = Submit();
   if (!done.ok()) {
     if (!hangs_) {
-      vk.DeviceWaitIdle(context_.device);  // the caller may destroy what was submitted
+      vk.DeviceWaitIdle(context_.device);  // the caller may destroy resources of the submission
     }
     return done;
   }

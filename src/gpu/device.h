@@ -22,13 +22,13 @@ struct OwnedMemory {
   void* handle = nullptr;
 };
 
-/// A caller's allocator, for memory that the host does not map.
+/// A caller's allocator, for memory that is not mapped by the host.
 struct MemorySource {
   std::function<VkResult(const VkMemoryRequirements&, OwnedMemory*)> allocate;
   std::function<void(const OwnedMemory&)> free;
 };
 
-/// A logical device with its properties and functions. Owns nothing; made alike for a caller's
+/// A logical device with its properties and functions. Non-owning; also describes a caller's
 /// device.
 struct DeviceContext {
   VkPhysicalDevice physical = VK_NULL_HANDLE;
@@ -42,26 +42,26 @@ struct DeviceContext {
   VkPipelineCache pipeline_cache = VK_NULL_HANDLE;
   SharedPipelines* pipelines = nullptr;  ///< owned by Device or a denoiser
   MemorySource memory_source;            ///< empty: vkAllocateMemory
-  bool is_software = false;              ///< a driver that runs on the CPU
-  /// Bits of a timestamp of the queue; higher ones are undefined. The caller's own: all.
+  bool is_software = false;              ///< software driver that runs on the CPU
+  /// Valid bits of the queue's timestamps; higher bits are undefined. 64 for a caller's device.
   uint32_t timestamp_bits = 64;
   /// All stages that execute stillray's shaders.
   VkPipelineStageFlags shader_stages = VK_PIPELINE_STAGE_COMPUTE_SHADER_BIT;
 };
 
-/// Leaves `pipelines` to the caller, who makes them (shared_pipelines.h) and destroys them before
-/// the device.
+/// Creates the context of a device. The caller creates `pipelines` (shared_pipelines.h), and
+/// destroys them before the device.
 /// \return kUnsupported if the device fails CheckDevice or lacks a function
 Result<DeviceContext> MakeContext(PFN_vkGetInstanceProcAddr get, VkInstance instance,
                                   VkPhysicalDevice physical, VkDevice device);
 
-/// Makes writes of the stages `from` visible to the stages `to`.
+/// Records a barrier that makes writes of the stages `from` visible to the stages `to`.
 void MemoryBarrier(const DeviceContext& context, VkCommandBuffer commands,
                    VkPipelineStageFlags from, VkAccessFlags written, VkPipelineStageFlags to,
                    VkAccessFlags used);
 
-/// A device created by stillray, with one queue and one command buffer that is submitted and waited
-/// for.
+/// A device created by stillray, with one queue and one command buffer; submissions are
+/// synchronous.
 class Device {
  public:
   static Result<std::shared_ptr<Device>> Create(std::shared_ptr<Instance> instance,
@@ -81,12 +81,12 @@ class Device {
   /// Protects the command buffer and the queue; hold it from Begin to Run. Threads acquire it in
   /// FIFO order.
   [[nodiscard]] FairLock Lock() { return FairLock(mutex_); }
-  /// Restarts the command buffer. Call Run before the next Begin.
+  /// Resets the command buffer and begins recording. Call Run before the next Begin.
   Result<VkCommandBuffer> Begin();
-  /// Ends the command buffer, submits it and waits for its completion: for a GPU 10 seconds, or
-  /// as many as the environment variable STILLRAY_GPU_TIMEOUT has. A device without a display has
-  /// no watchdog, and a shader that never ends would block the program for good. After that the
-  /// device is lost: this and Begin fail, and nothing is destroyed.
+  /// Ends the command buffer, submits it and waits for its completion: on a GPU at most 10 seconds,
+  /// or the number of seconds in the environment variable STILLRAY_GPU_TIMEOUT. A device without a
+  /// display has no watchdog, and a shader that never terminates would block the program forever.
+  /// After a timeout the device is lost: Run and Begin fail, and no Vulkan object is destroyed.
   Status Run();
 
  private:

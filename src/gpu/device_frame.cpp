@@ -27,7 +27,7 @@ int ChannelsOf(const Image& image) {
                                                        : 1;
 }
 
-/// Rounded up, so that the next copy in the buffer is aligned for any format.
+/// Bytes of an image, rounded up so that the next copy in the buffer is aligned for any format.
 VkDeviceSize AlignedBytesOf(const Image& image) {
   return (VkDeviceSize{BytesOf(image)} + 15) / 16 * 16;
 }
@@ -41,8 +41,8 @@ void ForEachVirtualImage(const VirtualImages& images, VirtualGuides* guides, con
   visit(images.id, std::span(&guides->id, 1));
 }
 
-/// Calls visit(image, destination planes of the frame) for these `planes`. The image is nullptr for
-/// planes that must become empty.
+/// Calls visit(image, destination planes of the frame) for the selected `planes`. The image is
+/// nullptr for planes that become empty.
 template <typename Visit>
 void ForEachImage(const FrameImages& images, uint32_t planes, Frame* frame, const Visit& visit) {
   if ((planes & kLightPlanes) != 0) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The images of a frame that stays on the renderer's device: written by the renderer's shaders,
-/// read by the denoiser's, and downloaded only on request.
+/// The images of a frame in device memory: written by the renderer's shaders, read by the
+/// denoiser's shaders, and downloaded only on request.
 #pragma once
 
 #include <array>
@@ -19,20 +19,20 @@ namespace stillray::gpu {
 /// Signals of every frame: direct and indirect, diffuse and specular, in the order of SignalKind.
 inline constexpr int kFrameSignals = 4;
 
-/// Which images a frame has, beside the signals and guides that every frame has.
+/// The optional images of a frame, in addition to the signals and guides of every frame.
 struct FrameShape {
   int width = 0;
   int height = 0;
-  bool second_moments = false;  ///< of all signals
+  bool second_moments = false;  ///< second moments of all signals
   bool samples = false;
   bool previous_normals = false;
-  bool reflection = false;    ///< virtual guides of it
-  bool transmission = false;  ///< signals, albedo and virtual guides of it
+  bool reflection = false;    ///< virtual guides of the reflection
+  bool transmission = false;  ///< signals, albedo and virtual guides of transmitted light
 
   friend bool operator==(const FrameShape&, const FrameShape&) = default;
 };
 
-/// Of VirtualGuides.
+/// Device images of VirtualGuides.
 struct VirtualImages {
   const Image* depth = nullptr;
   const Image* normal = nullptr;
@@ -41,9 +41,9 @@ struct VirtualImages {
   const Image* id = nullptr;
 };
 
-/// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and normals
-/// (the fourth is unused), two for motion, one for others; `id` holds integers. Images not in the
-/// shape are nullptr.
+/// Images in VK_IMAGE_LAYOUT_GENERAL, with 32-bit float channels: four for colours and normals (the
+/// fourth is unused), two for motion, one for all others; `id` holds integers. Images that are not
+/// in the FrameShape are nullptr.
 struct FrameImages {
   std::array<const Image*, kSignalKindCount> lights{};  ///< by SignalKind
   std::array<const Image*, kSignalKindCount> second_moments{};
@@ -77,24 +77,24 @@ class DeviceFrame final : public FrameOnDevice {
   const std::shared_ptr<Device>& device() const { return device_; }
   const FrameShape& shape() const { return shape_; }
   const FrameImages& images() const { return images_; }
-  /// Those of its signals.
+  /// The images of the frame's signals.
   std::span<const Image* const> lights() const {
     return std::span(images_.lights).first(shape_.transmission ? kSignalKindCount : kFrameSignals);
   }
 
-  /// Records a barrier after which compute shaders or clears overwrite all images; old content is
-  /// discarded. Once per frame, before other use.
+  /// Records a barrier after which compute shaders or clears may overwrite all images, and discards
+  /// their content. Call once per frame, before other use.
   void RecordBegin(VkCommandBuffer commands) const;
-  /// Records a barrier that makes the writes visible to all later reads, also in other command
-  /// buffers.
+  /// Records a barrier that makes the writes visible to all later reads, including reads in other
+  /// command buffers.
   void RecordEnd(VkCommandBuffer commands) const;
 
-  // Properties of the pixels, set by the writer.
-  float samples_per_pixel = 1;         ///< mean of the frame
-  bool has_incomplete_guides = false;  ///< there are pixels with depth 0 and no sample
+  // Properties of the frame, set by its writer.
+  float samples_per_pixel = 1;         ///< mean over the frame
+  bool has_incomplete_guides = false;  ///< some pixels have depth 0 and no sample
 
  private:
-  /// The staging buffer of downloads; made by the first download.
+  /// The staging buffer of downloads, created by the first download.
   struct Staging {
     explicit Staging(const DeviceContext* context) : arena(context) {}
     Arena arena;
@@ -114,8 +114,8 @@ class DeviceFrame final : public FrameOnDevice {
   mutable std::unique_ptr<Staging> staging_;
 };
 
-/// The frame's images if they are on this device; nullptr if they are on another device or on the
-/// host.
+/// The frame's images if they are on this device; nullptr if they are on another device or in host
+/// memory.
 const DeviceFrame* FrameOn(const Device& device, const Frame& frame);
 
 }  // namespace stillray::gpu

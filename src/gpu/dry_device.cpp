@@ -12,7 +12,7 @@
 namespace stillray::gpu {
 namespace {
 
-/// Handles that are not dispatchable are numbers from 1 on.
+/// Non-dispatchable handles are consecutive numbers from 1.
 template <typename Handle>
 Handle ToHandle(size_t index) {
   return (Handle)(index + 1);  // a pointer, or a number where pointers have 32 bits
@@ -39,7 +39,7 @@ std::string_view WithoutPrefix(std::string_view label) {
   return label.starts_with(kPrefix) ? label.substr(kPrefix.size()) : label;
 }
 
-/// In place of functions that nothing calls on such a device.
+/// Stub for functions that are never called on a dry device.
 VKAPI_ATTR void VKAPI_CALL NotOffered() {
   STILLRAY_CHECK(false);
 }
@@ -47,9 +47,9 @@ VKAPI_ATTR void VKAPI_CALL Nothing() {}
 
 }  // namespace
 
-/// The functions of the device, by the names of Vulkan's without vk.
+/// Implementations of Vulkan functions, named without the prefix vk.
 struct DryFunctions {
-  // --- what the device offers
+  // --- device properties
   static VKAPI_ATTR void VKAPI_CALL GetPhysicalDeviceProperties(VkPhysicalDevice physical,
                                                                 VkPhysicalDeviceProperties* p) {
     *p = {};
@@ -88,7 +88,7 @@ struct DryFunctions {
     return Find(name);
   }
 
-  // --- memory: there is none
+  // --- memory (nothing is allocated)
   static VKAPI_ATTR VkResult VKAPI_CALL AllocateMemory(VkDevice, const VkMemoryAllocateInfo*,
                                                        const VkAllocationCallbacks*,
                                                        VkDeviceMemory* memory) {
@@ -300,7 +300,7 @@ struct DryFunctions {
     DryCommand& c = Record(commands, DryCommand::Kind::kFill);
     c.buffer = ToIndex(buffer);
     c.offset = offset;
-    // A whole buffer is filled in words of 4 bytes.
+    // VK_WHOLE_SIZE is rounded down to words of 4 bytes.
     const uint64_t rest = (Of(commands).buffers_[c.buffer].size - offset) / 4 * 4;
     c.size = size == VK_WHOLE_SIZE ? rest : size;
     c.value = value;

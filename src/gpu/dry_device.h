@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A Vulkan device that executes nothing, and keeps what it is asked for: to describe the commands
-/// of a frame on a machine without a driver.
+/// A mock Vulkan device that captures commands without executing them, to describe the commands of
+/// a frame without a driver.
 #pragma once
 
 #include <cstddef>
@@ -16,38 +16,38 @@
 
 namespace stillray::gpu {
 
-/// What a descriptor of a set refers to.
+/// The resource of a descriptor.
 struct DryDescriptor {
   uint32_t binding = 0;
   VkDescriptorType type = VK_DESCRIPTOR_TYPE_MAX_ENUM;
-  size_t resource = 0;                               ///< in DryDevice::images or DryDevice::buffers
-  VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  ///< of an image
+  size_t resource = 0;  ///< index into DryDevice::images or DryDevice::buffers
+  VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  ///< layout of an image
 };
 
 /// A recorded command.
 struct DryCommand {
   enum class Kind : uint8_t { kDispatch, kBarrier, kTransition, kFill, kUpdate };
   Kind kind = Kind::kDispatch;
-  std::string part;  ///< text of the debugger's label around it
-  // A dispatch:
-  size_t pipeline = 0;  ///< in DryDevice::pipelines
+  std::string part;  ///< text of the enclosing debug label
+  // Members of a dispatch:
+  size_t pipeline = 0;  ///< index into DryDevice::pipelines
   std::vector<std::vector<DryDescriptor>> sets;
   uint32_t groups[3] = {};
-  // A barrier on memory, or on an image whose content is discarded (kTransition):
+  // Members of a memory barrier, or of an image barrier that discards the content (kTransition):
   VkPipelineStageFlags from = 0, to = 0;
   VkAccessFlags written = 0, used = 0;
   size_t image = 0;
-  VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  ///< the new one
-  // A fill or an update of a buffer:
+  VkImageLayout layout = VK_IMAGE_LAYOUT_UNDEFINED;  ///< new layout
+  // Members of a buffer fill or update:
   size_t buffer = 0;
   uint64_t offset = 0;
   uint64_t size = 0;
   uint32_t value = 0;
-  /// Of an update; push constants of a dispatch.
+  /// Data of an update; push constants of a dispatch.
   std::vector<std::byte> bytes;
 };
 
-/// Its handles are valid with its own functions only. Not thread-safe.
+/// Handles of this device are valid only with its functions. Not thread-safe.
 class DryDevice {
  public:
   struct Image {
@@ -56,7 +56,7 @@ class DryDevice {
     uint32_t width = 0;
     uint32_t height = 0;
     uint32_t layers = 1;
-    bool is_array = false;  ///< its view is of layers, even if it has one
+    bool is_array = false;  ///< its view is an array view, possibly with a single layer
   };
   struct Buffer {
     uint64_t size = 0;
@@ -69,7 +69,7 @@ class DryDevice {
     uint32_t push_bytes = 0;
   };
 
-  /// \param shared_memory  bytes of a workgroup that the device offers
+  /// \param shared_memory  the device's limit on shared memory per workgroup, in bytes
   explicit DryDevice(uint32_t shared_memory) : shared_memory_(shared_memory) {}
   DryDevice(const DryDevice&) = delete;
   DryDevice& operator=(const DryDevice&) = delete;
@@ -80,16 +80,16 @@ class DryDevice {
   VkDevice device() { return Pointer<VkDevice>(); }
   VkCommandBuffer commands() { return Pointer<VkCommandBuffer>(); }
 
-  /// An image of a caller, with a view.
+  /// Adds a caller's image, and returns a view of it.
   VkImageView AddImage(const Image& image);
 
   const std::vector<Image>& images() const { return images_; }
   const std::vector<Buffer>& buffers() const { return buffers_; }
   const std::vector<Pipeline>& pipelines() const { return pipelines_; }
-  /// The image of a view.
+  /// Index of the image of a view.
   size_t ImageOf(VkImageView view) const;
   static size_t IndexOf(VkBuffer buffer);
-  /// The commands since the last call.
+  /// Returns the commands recorded since the last call.
   std::vector<DryCommand> TakeCommands() { return std::exchange(recorded_, {}); }
 
  private:
@@ -110,7 +110,7 @@ class DryDevice {
 
   uint32_t shared_memory_;
   std::vector<Image> images_;
-  std::vector<size_t> views_;  ///< their images
+  std::vector<size_t> views_;  ///< image indices of the views
   std::vector<Buffer> buffers_;
   std::vector<std::vector<uint32_t>> modules_;
   std::vector<SetLayout> set_layouts_;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Registers a shader of the program. Every generated source of a shader includes this and nothing
-/// else: it includes no header that takes time to compile.
+/// Registers an embedded shader. Generated shader sources include only this header, which includes
+/// no header that is slow to compile.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,12 @@
 
 namespace stillray::gpu {
 
-/// The name of a shader that is part of the program: made with its code, by stillray_embed_shader.
+/// Registers the name of an embedded shader; generated together with the code by
+/// stillray_embed_shader.
 class EmbeddedShader {
  public:
-  /// \param name  of its file in the folder of shader_folder.h, without `.spv`
-  /// \param code  SPIR-V of static storage
+  /// \param name  file name in the folder of shader_folder.h, without `.spv`
+  /// \param code  SPIR-V with static storage duration
   EmbeddedShader(const char* name, const std::uint32_t* code);
 };
 

@@ -9,7 +9,7 @@
 
 namespace stillray::gpu {
 
-/// Whether a device offers all of these extensions; false if the query fails.
+/// Whether a device supports all of these extensions; false if the query fails.
 bool HasExtensions(const InstanceFunctions& functions, VkPhysicalDevice device,
                    std::span<const char* const> wanted);
 

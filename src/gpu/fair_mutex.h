@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A FIFO mutex. With std::mutex, a thread that unlocks and locks again at once, as the tracer does
-/// between submissions, starves the waiting threads.
+/// A FIFO mutex. With std::mutex, a thread that immediately relocks, like the path tracer between
+/// submissions, starves the waiting threads.
 #pragma once
 
 #include <condition_variable>

@@ -56,7 +56,7 @@ const char* Meaning(VkResult result) {
   }
 }
 
-// The loader's file names, the usual one first, and where to get it.
+// File names of the loader, in order of preference, and its source for the error message.
 #if defined(_WIN32)
 constexpr const char* kLoaderNames[] = {"vulkan-1.dll"};
 constexpr const char* kLoaderSource = "it comes with the driver of the GPU";
@@ -70,8 +70,8 @@ constexpr const char* kLoaderNames[] = {"libvulkan.so.1"};
 constexpr const char* kLoaderSource = "Debian: libvulkan1";
 #endif
 
-/// Opens a loader for good. \param get  receives its entry; nullptr if it has none
-/// \return whether there is such a library
+/// Opens a loader, which is never closed. \param get [out] its entry point; nullptr if missing
+/// \return whether the library exists
 bool OpenLibrary(const char* name, PFN_vkGetInstanceProcAddr* get) {
   constexpr const char* kEntry = "vkGetInstanceProcAddr";
 #ifdef _WIN32

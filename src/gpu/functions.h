@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The functions of Vulkan that stillray calls, looked up at run time, so that the program starts
-/// on machines without Vulkan.
+/// The Vulkan functions used by stillray, loaded at run time, so that programs start without
+/// Vulkan.
 ///
-/// Tables of our own rather than volk's global function pointers: those have the names of Vulkan's
-/// functions, so that in a static library they replace the functions that an application links from
-/// libvulkan, and they serve one instance per process, while an application passes its own.
+/// Function tables instead of volk's global function pointers: volk's pointers have the names of
+/// Vulkan's functions, hence in a static library they replace the functions that an application
+/// links from libvulkan, and they serve a single instance per process, while applications pass
+/// their own instance.
 #pragma once
 
 #define VK_NO_PROTOTYPES
@@ -37,7 +38,7 @@ namespace stillray::gpu {
   X(CreateDevice)                              \
   X(GetDeviceProcAddr)
 
-/// Only there with the extension for messages of the validation layer.
+/// Loaded only with the extension for validation messages.
 #define STILLRAY_VK_DEBUG_FUNCTIONS(X) \
   X(CreateDebugUtilsMessengerEXT)      \
   X(DestroyDebugUtilsMessengerEXT)
@@ -118,7 +119,7 @@ namespace stillray::gpu {
   X(CmdFillBuffer)                      \
   X(CmdUpdateBuffer)
 
-/// Only there on devices that trace rays (gpu/ray_tracing.h).
+/// Loaded only on devices with ray tracing (gpu/ray_tracing.h).
 #define STILLRAY_VK_RAY_TRACING_FUNCTIONS(X)     \
   X(GetBufferDeviceAddressKHR)                   \
   X(CreateAccelerationStructureKHR)              \
@@ -133,15 +134,15 @@ namespace stillray::gpu {
   X(CmdTraceRaysKHR)                             \
   X(CmdTraceRaysIndirectKHR)
 
-/// Only there on devices that share memory (gpu/shared_memory.h).
+/// Loaded only on devices that share memory (gpu/shared_memory.h).
 #define STILLRAY_VK_SHARING_FUNCTIONS(X) X(GetMemoryFdKHR)
 
-/// Only there with statistics of pipelines (gpu/pipeline_statistics.h).
+/// Loaded only with pipeline statistics (gpu/pipeline_statistics.h).
 #define STILLRAY_VK_STATISTICS_FUNCTIONS(X) \
   X(GetPipelineExecutablePropertiesKHR)     \
   X(GetPipelineExecutableStatisticsKHR)
 
-/// Only there with VK_EXT_debug_utils (gpu/command_list.h).
+/// Loaded only with VK_EXT_debug_utils (gpu/command_list.h).
 #define STILLRAY_VK_LABEL_FUNCTIONS(X) \
   X(CmdBeginDebugUtilsLabelEXT)        \
   X(CmdEndDebugUtilsLabelEXT)
@@ -166,29 +167,30 @@ struct DeviceFunctions {
 
 #undef STILLRAY_VK_MEMBER_
 
-/// The Vulkan loader of this machine; it stays open until the program ends.
-/// \param library  its file name, or nullptr for the usual one
-/// \return kUnsupported if there is none
+/// Opens the system's Vulkan loader, which stays open until the program ends.
+/// \param library  file name of the loader, or nullptr for the default
+/// \return kUnsupported if no loader is found
 Result<GlobalFunctions> OpenLoader(const char* library = nullptr);
 
-/// \return kUnsupported naming the first function that is missing
+/// \return kUnsupported naming the first missing function
 Result<InstanceFunctions> LoadInstanceFunctions(PFN_vkGetInstanceProcAddr get, VkInstance instance);
-/// Those of extensions are left out.
+/// Loads the core functions; extension functions are loaded separately.
 Result<DeviceFunctions> LoadDeviceFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device);
-/// Those for tracing rays, of a device with the extensions.
+/// Loads the ray tracing functions of a device with the extensions.
 Status LoadRayTracingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                                DeviceFunctions* functions);
-/// Those for sharing memory, likewise.
+/// Loads the memory sharing functions of a device with the extension.
 Status LoadSharingFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                             DeviceFunctions* functions);
-/// Those for statistics of pipelines, likewise.
+/// Loads the pipeline statistics functions of a device with the extension.
 Status LoadStatisticsFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device,
                                DeviceFunctions* functions);
 
-/// Those for debuggers' labels, of an instance with the extension.
+/// Loads the debug label functions of an instance with the extension.
 Status LoadLabelFunctions(PFN_vkGetDeviceProcAddr get, VkDevice device, DeviceFunctions* functions);
 
-/// Ok, or an error with a sentence: "allocating image memory: out of device memory".
+/// Converts a VkResult to Ok or to an error such as "allocating image memory: out of device
+/// memory".
 Status ToStatus(VkResult result, const char* action);
 
 }  // namespace stillray::gpu

@@ -62,7 +62,7 @@ const char* KindName(VkPhysicalDeviceType type) {
   }
 }
 
-/// Loaders list integrated GPUs first on some machines.
+/// Order of preference, needed since loaders list integrated GPUs first on some machines.
 int RankOf(VkPhysicalDeviceType type) {
   switch (type) {
     case VK_PHYSICAL_DEVICE_TYPE_DISCRETE_GPU:
@@ -92,7 +92,7 @@ uint64_t DeviceMemory(const InstanceFunctions& vk, VkPhysicalDevice device) {
 
 std::string DriverName(const InstanceFunctions& vk, VkPhysicalDevice device, uint32_t api_version,
                        uint32_t driver_version) {
-  if (api_version < VK_API_VERSION_1_2) {  // core since then
+  if (api_version < VK_API_VERSION_1_2) {  // in the core of Vulkan 1.2
     return fmt::format("driver {:#x}", driver_version);
   }
   VkPhysicalDeviceDriverProperties driver = {};
@@ -259,7 +259,7 @@ Status CheckDevice(const InstanceFunctions& vk, VkPhysicalDevice device) {
         properties.deviceName, limits.maxPerStageDescriptorSampledImages,
         limits.maxPerStageDescriptorStorageImages, kMostSampled, kMostStored));
   }
-  // Those of the shaders that sum up; all others have 128.
+  // Workgroup size of the reduction shaders; all other shaders use 128.
   constexpr uint32_t kMostInvocations = 256;
   if (limits.maxComputeWorkGroupInvocations < kMostInvocations ||
       limits.maxComputeWorkGroupSize[0] < kMostInvocations) {

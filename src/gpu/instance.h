@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The Vulkan instance, and the devices of this machine.
+/// The Vulkan instance, and the physical devices of the system.
 #pragma once
 
 #include <cstdint>
@@ -16,23 +16,23 @@
 
 namespace stillray::gpu {
 
-/// One device of this machine.
+/// A physical device of the system.
 struct DeviceInfo {
   VkPhysicalDevice handle = VK_NULL_HANDLE;
-  int index = 0;          ///< N of "vulkan:N": the order in which the loader lists them
-  std::string name;       ///< as reported by the driver
-  std::string driver;     ///< name and version
+  int index = 0;          ///< N of "vulkan:N": index in the loader's order
+  std::string name;       ///< device name as reported by the driver
+  std::string driver;     ///< driver name and version
   const char* kind = "";  ///< "discrete GPU", "integrated GPU", "virtual GPU", "software", "other"
-  bool is_gpu = false;    ///< hardware: neither software nor unknown
-  int rank = 0;           ///< discrete before virtual before integrated before software
-  uint32_t api_version = 0;   ///< as VK_API_VERSION_*
-  uint64_t memory_bytes = 0;  ///< of the largest heap of the device's own memory
+  bool is_gpu = false;    ///< a hardware device: neither software nor unknown
+  int rank = 0;           ///< order of preference: discrete, virtual, integrated, software
+  uint32_t api_version = 0;   ///< encoded as VK_API_VERSION_*
+  uint64_t memory_bytes = 0;  ///< size of the largest device-local heap
   Status usable;              ///< ok, or the missing feature
-  RayTracing ray_tracing;     ///< support for ray tracing in hardware, and its limits
+  RayTracing ray_tracing;     ///< support for ray tracing pipelines, and their limits
   MemorySharing sharing;      ///< support for memory that other APIs can import
 };
 
-/// Messages of the validation layer; tests fail if there are any. Thread-safe.
+/// Messages of the validation layer; any message fails the tests. Thread-safe.
 class Messages {
  public:
   void Add(std::string text);
@@ -45,7 +45,7 @@ class Messages {
 
 struct InstanceOptions {
   bool validation = false;       ///< core and synchronisation validation
-  const char* loader = nullptr;  ///< file name of the Vulkan loader; nullptr: the usual one
+  const char* loader = nullptr;  ///< file name of the Vulkan loader; nullptr: the default
 };
 
 /// A Vulkan 1.1 instance. Not copied or moved; share it by pointer.
@@ -57,7 +57,7 @@ class Instance {
   Instance& operator=(const Instance&) = delete;
   ~Instance();
 
-  /// All devices in the loader's order, including those that stillray cannot use.
+  /// All devices in the loader's order, including devices that stillray cannot use.
   Result<std::vector<DeviceInfo>> ListDevices() const;
 
   VkInstance handle() const { return handle_; }
@@ -75,12 +75,12 @@ class Instance {
   std::shared_ptr<Messages> messages_;
 };
 
-/// Checks stillray's requirements: Vulkan 1.1, compute, the storage formats of its images.
+/// Checks stillray's requirements: Vulkan 1.1, compute, the storage image formats.
 Status CheckDevice(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// The device that matches a choice. Of several usable ones that of the highest rank, then the
-/// first. \param choice  "vulkan" (any usable), "vulkan:N" (the Nth of the list) \return kNotFound,
-/// kInvalidArgument: no such device; kUnsupported: it lacks a feature
+/// Selects a device by `choice`: of several usable devices the one with the highest rank, then the
+/// first. \param choice "vulkan" (any usable device), "vulkan:N" (device N of the list) \return
+/// kNotFound, kInvalidArgument: no such device; kUnsupported: it lacks a feature
 Result<DeviceInfo> ChooseDevice(const std::vector<DeviceInfo>& devices, const std::string& choice);
 
 }  // namespace stillray::gpu

@@ -16,7 +16,8 @@ VkDeviceSize AlignUp(VkDeviceSize offset, VkDeviceSize alignment) {
   return (offset + alignment - 1) / alignment * alignment;
 }
 
-/// The largest block: the minimum of maxMemoryAllocationSize in Vulkan 1.1 (maintenance3).
+/// Maximum block size: the guaranteed minimum of maxMemoryAllocationSize in Vulkan 1.1
+/// (maintenance3).
 constexpr VkDeviceSize kLargestBlock = VkDeviceSize{1} << 30;
 
 constexpr uint32_t kNoType = std::numeric_limits<uint32_t>::max();
@@ -157,7 +158,7 @@ Result<const Buffer*> Arena::AddBuffer(VkDeviceSize size, VkBufferUsageFlags usa
   return &buffers_.back();
 }
 
-/// The first memory type with the required and preferred flags, else with the required ones;
+/// The first memory type with the required and preferred flags, else with the required flags;
 /// kNoType if there is none.
 uint32_t Arena::FindType(const Resource& resource) const {
   uint32_t fallback = kNoType;
@@ -220,7 +221,7 @@ MemoryUse Arena::Need() const {
   return use;
 }
 
-/// Before anything is allocated: drivers fail late, and others slow down before that.
+/// Checks the heap sizes before the first allocation: drivers fail late or first slow down.
 Status Arena::CheckHeaps() const {
   std::array<VkDeviceSize, VK_MAX_MEMORY_HEAPS> taken = {};
   for (const Block& block : blocks_) {
@@ -296,7 +297,7 @@ Status Arena::Allocate() {
 MemoryBlocks Arena::Blocks() const {
   MemoryBlocks own;
   std::vector<VkDeviceSize> ends(blocks_.size(), 0);
-  // Resources of a block follow each other in the order in which they were added.
+  // Resources of a block are consecutive, in the order of their addition.
   for (const Resource& r : resources_) {
     own.AddAllocation(r.need.size);
     own.AddUnused(r.offset - ends[r.block]);

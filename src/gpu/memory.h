@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Images and buffers of a device, with one allocation per memory type.
+/// Images and buffers of a device, suballocated from one allocation per memory type.
 #pragma once
 
 #include <cstddef>
@@ -18,21 +18,21 @@ namespace stillray::gpu {
 struct Image {
   VkImage image = VK_NULL_HANDLE;
   VkImageView view = VK_NULL_HANDLE;
-  VkImageView srgb_view = VK_NULL_HANDLE;  ///< of AddTextures
+  VkImageView srgb_view = VK_NULL_HANDLE;  ///< sRGB view, only of AddTextures
   VkFormat format = VK_FORMAT_UNDEFINED;
   int width = 0;
   int height = 0;
-  int layers = 0;  ///< 0: a plain image, not an array of one
+  int layers = 0;  ///< array layers; 0: not an array image
 };
 
 struct Buffer {
   VkBuffer buffer = VK_NULL_HANDLE;
   VkDeviceSize size = 0;
-  void* mapped = nullptr;       ///< of host-visible buffers
-  VkDeviceAddress address = 0;  ///< of buffers whose usage includes it
+  void* mapped = nullptr;       ///< host address, only of host-visible buffers
+  VkDeviceAddress address = 0;  ///< only of buffers whose usage includes device addresses
 };
 
-/// Of one of the formats that stillray uses.
+/// Bytes per texel of the formats used by stillray.
 size_t TexelBytes(VkFormat format);
 /// Bytes of all texels of an image.
 size_t BytesOf(const Image& image);
@@ -41,21 +41,20 @@ size_t BytesOf(const Image& image);
 struct MemoryUse {
   uint32_t allocations = 0;
   uint32_t resources = 0;  ///< images and buffers
-  uint64_t bytes = 0;      ///< of all allocations
+  uint64_t bytes = 0;      ///< bytes of all allocations
   uint64_t largest = 0;    ///< bytes of the largest image or buffer
 
   MemoryUse& operator+=(const MemoryUse& other);
 };
 
 enum class BufferPlace {
-  kDevice,    ///< the device's own memory
+  kDevice,    ///< device-local memory
   kUpload,    ///< written by the host, read by the device
   kDownload,  ///< written by the device, read by the host; cached if possible
 };
 
 /// Images and buffers are added first, then all memory is allocated at once, in one block per
-/// memory type (more only where the driver limits the size of a block). All memory is freed
-/// together.
+/// memory type (or several if the driver limits the allocation size). All memory is freed together.
 class Arena {
  public:
   explicit Arena(const DeviceContext* context) : context_(context) {}
@@ -63,33 +62,34 @@ class Arena {
   Arena& operator=(const Arena&) = delete;
   ~Arena();
 
-  /// Adds an image for storage, sampling, copying and clearing, with a view of all of it; allocates
-  /// no memory yet.
-  /// \param layers  0: a plain image, else an array
+  /// Adds an image for storage, sampling, copying and clearing, with a view of the whole image;
+  /// allocates no memory yet.
+  /// \param layers  array layers; 0: not an array image
   Result<const Image*> AddImage(VkFormat format, int width, int height, int layers);
-  /// Adds an image to draw into and to copy from, colour or depth by its format; allocates no
-  /// memory yet. The render pass manages its layouts: do not call RecordFirstUse on arenas with
-  /// such images.
+  /// Adds a colour or depth attachment (by its format) that can be copied from; allocates no memory
+  /// yet. The render pass manages its layouts: do not call RecordFirstUse on arenas with such
+  /// images.
   Result<const Image*> AddAttachment(VkFormat format, int width, int height);
-  /// Adds an array of images to copy into and to sample, four bytes per texel, with views of bytes
-  /// as they are and of colours in sRGB; allocates no memory yet. The caller manages its layouts:
-  /// do not call RecordFirstUse on arenas with such images.
+  /// Adds an array image to copy to and to sample, four bytes per texel, with a linear (UNORM) and
+  /// an sRGB view; allocates no memory yet. The caller manages its layouts: do not call
+  /// RecordFirstUse on arenas with such images.
   Result<const Image*> AddTextures(int width, int height, int layers);
-  /// \param usage  beside copies from and to it; VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT only on
-  ///     devices with ray tracing
+  /// \param usage  flags in addition to transfer source and destination;
+  ///     VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT only on devices with ray tracing
   Result<const Buffer*> AddBuffer(VkDeviceSize size, VkBufferUsageFlags usage, BufferPlace place);
 
-  /// The memory that Allocate will take, or has taken.
+  /// The memory requirement of Allocate, before or after the call.
   MemoryUse Need() const;
   /// Allocates and binds memory for everything added so far. Call once.
   Status Allocate();
 
-  /// Records the transition of all images to VK_IMAGE_LAYOUT_GENERAL, discarding their content;
-  /// `stages` write them next with `access`.
+  /// Records the transition of all images to VK_IMAGE_LAYOUT_GENERAL, discarding their content, for
+  /// following writes by `stages` with `access`.
   void RecordFirstUse(VkCommandBuffer commands, VkPipelineStageFlags stages,
                       VkAccessFlags access) const;
 
-  /// Makes the device's writes visible to the host and vice versa where the memory is not coherent.
+  /// Flush makes host writes visible to the device, Invalidate device writes visible to the host,
+  /// if the memory is not coherent.
   Status Flush() const;
   Status Invalidate() const;
 
@@ -113,10 +113,10 @@ class Arena {
     bool addressed = false;
     VkDeviceSize alignment = 1;
     OwnedMemory own;
-    bool from_source = false;  ///< of DeviceContext::memory_source
+    bool from_source = false;  ///< allocated by DeviceContext::memory_source
   };
 
-  /// Places every resource; the same before and after Allocate.
+  /// Assigns every resource to a block; deterministic, hence equal before and after Allocate.
   std::vector<Block> Plan(std::vector<Resource>* resources) const;
   uint32_t FindType(const Resource& resource) const;
   MemoryBlocks Blocks() const;

@@ -32,7 +32,7 @@ uint64_t FreeMemory(const Device& device) {
   const Instance& instance = *device.instance();
   const VkPhysicalDeviceMemoryProperties& memory = device.context().memory;
   const uint32_t heap = LargestHeap(memory);
-  // In the core of Vulkan 1.1. Devices need not enable an extension of queries.
+  // Core function of Vulkan 1.1. Extensions for physical device queries need not be enabled.
   const auto query = reinterpret_cast<PFN_vkGetPhysicalDeviceMemoryProperties2>(
       instance.get_instance_proc_addr()(instance.handle(), "vkGetPhysicalDeviceMemoryProperties2"));
   if (query != nullptr &&

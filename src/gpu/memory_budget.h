@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Free memory of a device, to choose the sizes of buffers by.
+/// Free memory of a device, from which buffer sizes are derived.
 #pragma once
 
 #include <cstdint>
@@ -10,9 +10,9 @@
 
 namespace stillray::gpu {
 
-/// Bytes that this program can still allocate in the device's own memory: of its largest heap, the
-/// driver's estimate (VK_EXT_memory_budget), which counts other programs too. Where the driver has
-/// none, half of the heap: what else is in it is unknown.
+/// Bytes that this process can still allocate in the largest device-local heap: the driver's
+/// estimate (VK_EXT_memory_budget), which includes other processes. Without the extension, half of
+/// the heap size, since the heap's usage is unknown.
 uint64_t FreeMemory(const Device& device);
 
 }  // namespace stillray::gpu

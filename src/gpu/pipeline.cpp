@@ -15,7 +15,7 @@
 namespace stillray::gpu {
 namespace {
 
-/// Of the bindings that shaders have as uniform blocks.
+/// Descriptor type of bindings that are uniform blocks in GLSL.
 VkDescriptorType UniformType(const DeviceContext& context) {
   return context.is_software ? VK_DESCRIPTOR_TYPE_STORAGE_BUFFER
                              : VK_DESCRIPTOR_TYPE_UNIFORM_BUFFER;
@@ -104,7 +104,7 @@ Result<VkDescriptorSetLayout> DescriptorSets::Layout(const SetShape& shape) cons
   return context_->pipelines->Layout(shape);
 }
 
-/// Keeps one pool.
+/// Resets the first pool and destroys all others.
 Status DescriptorSets::Clear() {
   entries_.clear();
   frames_.clear();
@@ -226,7 +226,7 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
       write.pImageInfo = &images[i];
     } else if (i >= shape.count() - shape.textures) {
       const size_t k = i - (shape.count() - shape.textures);
-      // The layout has the sampler.
+      // The sampler is immutable, in the layout.
       textures[k] = {VK_NULL_HANDLE, content.textures[k], VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL};
       write.pImageInfo = &textures[k];
     } else if (i >= shape.count() - shape.textures - shape.accelerations) {
@@ -247,7 +247,7 @@ void DescriptorSets::Write(const SetShape& shape, const SetContent& content,
 Status MakeSetLayout(const DeviceContext& context, const SetShape& shape, VkSampler sampler,
                      VkDescriptorSetLayout* out) {
   std::vector<VkDescriptorSetLayoutBinding> bindings(shape.count());
-  // One layout for all users of a set, so that sets can be shared.
+  // One layout with all stages, so that different pipelines can share sets.
   VkShaderStageFlags stages = VK_SHADER_STAGE_COMPUTE_BIT | VK_SHADER_STAGE_VERTEX_BIT;
   if (context.ray_tracing.offered) {
     stages |= VK_SHADER_STAGE_RAYGEN_BIT_KHR | VK_SHADER_STAGE_ANY_HIT_BIT_KHR;

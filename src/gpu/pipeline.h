@@ -14,10 +14,9 @@
 
 namespace stillray::gpu {
 
-/// A layout of descriptors: sampled images, then storage images, then uniform and storage buffers,
-/// then acceleration structures, then textures (images with the sampler of SharedPipelines), with
-/// consecutive bindings from 0. A set may bind an image twice,
-/// for reading and for writing.
+/// A descriptor set layout with consecutive bindings from 0: sampled images, storage images,
+/// uniform buffers, storage buffers, acceleration structures, then textures (combined with the
+/// sampler of SharedPipelines). A set may bind an image twice, for reading and for writing.
 struct SetShape {
   uint32_t sampled = 0;
   uint32_t stored = 0;
@@ -32,23 +31,24 @@ struct SetShape {
   friend bool operator==(const SetShape&, const SetShape&) = default;
 };
 
-/// Storage buffers of a set on the device, which may have uniform ones as such (uniform_blocks.h).
+/// Number of storage buffers of a set on the device, including uniform buffers that are bound as
+/// storage buffers (uniform_blocks.h).
 uint32_t StorageBuffersOf(const DeviceContext& context, const SetShape& shape);
 
 /// The resources bound by a descriptor set, in the order of its shape.
 struct SetContent {
-  std::vector<VkImageView> images;     ///< sampled ones, then storage ones
-  std::vector<VkImageLayout> layouts;  ///< of each image; empty: VK_IMAGE_LAYOUT_GENERAL
-  std::vector<VkBuffer> buffers;       ///< uniform ones, then storage ones
+  std::vector<VkImageView> images;     ///< sampled images, then storage images
+  std::vector<VkImageLayout> layouts;  ///< layout of each image; empty: all VK_IMAGE_LAYOUT_GENERAL
+  std::vector<VkBuffer> buffers;       ///< uniform buffers, then storage buffers
   std::vector<VkAccelerationStructureKHR> accelerations = {};
-  std::vector<VkImageView> textures = {};  ///< in VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL
+  std::vector<VkImageView> textures = {};  ///< views in VK_IMAGE_LAYOUT_SHADER_READ_ONLY_OPTIMAL
 
   friend bool operator==(const SetContent&, const SetContent&) = default;
 };
 
-/// Descriptor sets, cached by content: the same content is written once and reused, so that
-/// recording a frame allocates nothing once all sets exist. Sets of content that lives for a frame
-/// only are written anew for each frame, in turn.
+/// Descriptor sets, cached by content: a set is written once and reused for equal content, so that
+/// recording a frame allocates nothing once all sets exist. Sets whose content lives for a single
+/// frame are rewritten every frame, from a ring of frames in flight.
 class DescriptorSets {
  public:
   explicit DescriptorSets(const DeviceContext* context) : context_(context) {}
@@ -57,22 +57,22 @@ class DescriptorSets {
   ~DescriptorSets();
 
   /// Creates the first pool; more follow when it is exhausted.
-  /// \param most  number of sets of a pool
-  /// \param all   number of descriptors of all sets of a pool together
-  /// \param in_flight  frames that the device may not have finished, each with content of its own;
-  ///     0: the content of frames comes again
+  /// \param most  maximum number of sets per pool
+  /// \param all   total number of descriptors per pool
+  /// \param in_flight  maximum number of unfinished frames with per-frame content; 0: content
+  ///     recurs in later frames
   Status CreatePool(uint32_t most, const SetShape& all, uint32_t in_flight = 0);
-  /// The device's own layout: all users of the device share it.
+  /// The layout of a shape, shared by all users of the device.
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape) const;
-  /// Frees all sets; none may be in use.
+  /// Frees all sets, which must not be in use.
   Status Clear();
   Result<VkDescriptorSet> Find(const SetShape& shape, const SetContent& content);
-  /// Sets of FindForFrame belong to this frame from now on. \param number  of the frame; the device
-  ///     has finished the frame that is `in_flight` frames older
+  /// Begins a frame of FindForFrame. \param number index of the frame; the device must have
+  /// finished the frame `in_flight` frames earlier
   void BeginFrame(uint32_t number);
-  /// A set for one use in the frame of BeginFrame; that of Find without frames in flight.
+  /// A set for a single use in the frame of BeginFrame; equivalent to Find if in_flight is 0.
   Result<VkDescriptorSet> FindForFrame(const SetShape& shape, const SetContent& content);
-  /// Creates the pool of a single set, and the set: of buffers alone.
+  /// Creates a pool with a single set, and the set, which contains only buffers.
   Result<VkDescriptorSet> CreateSingle(const SetShape& shape,
                                        std::span<const Buffer* const> buffers);
 
@@ -85,7 +85,7 @@ class DescriptorSets {
   struct FrameEntry {
     SetShape shape;
     VkDescriptorSet set;
-    bool used;  ///< in the frame
+    bool used;  ///< whether used in the current frame
   };
   Status AddPool();
   Result<VkDescriptorSet> Allocate(const SetShape& shape);
@@ -97,44 +97,45 @@ class DescriptorSets {
   uint32_t in_flight_ = 0;
   SetShape all_;
   std::vector<VkDescriptorPool> pools_;
-  uint32_t taken_ = 0;  ///< sets of the last pool
+  uint32_t taken_ = 0;  ///< sets allocated from the last pool
   std::vector<Entry> entries_;
   std::vector<std::vector<FrameEntry>> frames_;
   size_t frame_ = 0;
 };
 
-/// Creates the layout of descriptor sets, for all stages that use stillray's sets.
-/// \param sampler  of the textures
+/// Creates a descriptor set layout, for all stages that use stillray's sets.
+/// \param sampler  immutable sampler of the textures
 Status MakeSetLayout(const DeviceContext& context, const SetShape& shape, VkSampler sampler,
                      VkDescriptorSetLayout* out);
-/// Creates the layout of a pipeline of any kind.
-/// \param push_stage  the stage that reads the `push_bytes` of push constants; unused if they are 0
+/// Creates the layout of a compute, graphics or ray tracing pipeline.
+/// \param push_stage  the stage that reads the `push_bytes` of push constants; ignored if
+///     `push_bytes` is 0
 Status MakePipelineLayout(const DeviceContext& context, std::span<const VkDescriptorSetLayout> sets,
                           VkShaderStageFlags push_stage, uint32_t push_bytes,
                           VkPipelineLayout* out);
-/// \param code    of a shader in the program; shader_folder.h may replace it
-/// \param action  for messages: "compiling the shader atrous"
+/// \param code    SPIR-V of an embedded shader; shader_folder.h may replace it
+/// \param action  for error messages: "compiling the shader atrous"
 Status MakeShaderModule(const DeviceContext& context, std::span<const uint32_t> code,
                         const char* action, VkShaderModule* out);
 
 /// A compute shader with its layout.
 struct PipelineInfo {
-  const char* name = "";                        ///< for messages
+  const char* name = "";                        ///< for error messages
   std::span<const uint32_t> code;               ///< SPIR-V
-  std::span<const VkDescriptorSetLayout> sets;  ///< of DescriptorSets::Layout
+  std::span<const VkDescriptorSetLayout> sets;  ///< layouts from DescriptorSets::Layout
   uint32_t push_bytes = 0;
   std::span<const uint32_t> constants;  ///< specialisation constants 0, 1, ...
 };
 
-/// Compiles the code as it is given.
+/// Compiles the code as given, without replacement from the shader folder.
 Status MakeComputePipeline(const DeviceContext& context, const PipelineInfo& info,
                            VkPipelineLayout layout, VkPipeline* out);
 
-/// A compute pipeline of the device, which all its users share (shared_pipelines.h): valid as long
-/// as the device, or the denoiser in a renderer's own device.
+/// A compute pipeline shared by all users of the device (shared_pipelines.h): valid as long as the
+/// device, or as long as the denoiser on a caller's device.
 class Pipeline {
  public:
-  /// Finds the pipeline, or creates it.
+  /// Returns the cached pipeline, or creates it.
   static Result<Pipeline> Create(const DeviceContext* context, const PipelineInfo& info);
   Pipeline() = default;
   Pipeline(VkPipeline pipeline, VkPipelineLayout layout) : pipeline_(pipeline), layout_(layout) {}

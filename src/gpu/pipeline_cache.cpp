@@ -21,11 +21,11 @@ namespace {
 
 struct FileHeader {
   char magic[8] = {'S', 'T', 'I', 'L', 'L', 'P', 'C', '1'};
-  uint64_t bytes = 0;     ///< of the data
-  uint64_t checksum = 0;  ///< of the data
+  uint64_t bytes = 0;     ///< size of the driver's data
+  uint64_t checksum = 0;  ///< checksum of the driver's data
 };
 
-/// The beginning of a driver's data, as Vulkan defines it.
+/// The header of the driver's data, defined by Vulkan.
 struct DataHeader {
   uint32_t bytes = 0;
   uint32_t version = 0;
@@ -59,7 +59,8 @@ std::vector<uint8_t> ReadBytes(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
 }
 
-/// Other runs may read or write the file meanwhile: they see the old bytes or the new ones.
+/// Replaces the file atomically: other processes that read or write it see either the old or the
+/// new bytes.
 void WriteBytes(const std::filesystem::path& path, std::span<const uint8_t> bytes) {
   std::error_code error;
   std::filesystem::create_directories(path.parent_path(), error);
@@ -85,7 +86,7 @@ void SetPipelineCacheFolder(std::filesystem::path folder) {
 
 std::filesystem::path UserCacheFolder() {
   const char* cache = std::getenv("XDG_CACHE_HOME");
-  if (cache != nullptr && cache[0] == '/') {  // relative ones are to be ignored
+  if (cache != nullptr && cache[0] == '/') {  // relative paths must be ignored (XDG)
     return std::filesystem::path(cache) / "stillray";
   }
   const char* home = std::getenv("HOME");

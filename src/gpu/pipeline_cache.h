@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The driver's cache of compiled shaders, one per device, and its file between runs of a program.
+/// The driver's cache of compiled shaders (VkPipelineCache), one per device, persisted in a file.
 #pragma once
 
 #include <cstddef>
@@ -16,29 +16,29 @@ namespace stillray::gpu {
 
 struct DeviceContext;
 
-/// The folder of the caches of devices that are created from now on; empty (the default): they are
-/// not kept between runs. A program calls it once, before its first device. It is created when
-/// there is a cache to be kept.
+/// Sets the folder of cache files for devices created later; empty (the default): caches are not
+/// persisted. Call once, before the first device is created. The folder is created when the first
+/// cache is saved.
 void SetPipelineCacheFolder(std::filesystem::path folder);
 /// $XDG_CACHE_HOME/stillray or $HOME/.cache/stillray; empty if neither variable is set.
 std::filesystem::path UserCacheFolder();
 
-/// A cache only saves time: where it cannot be read, used or written, shaders are compiled, and
-/// nothing fails. Not copied or moved.
+/// Failures to read, use or write the cache are not errors: shaders are then compiled. Not copied
+/// or moved.
 class PipelineCache {
  public:
   PipelineCache() = default;
   PipelineCache(const PipelineCache&) = delete;
   PipelineCache& operator=(const PipelineCache&) = delete;
 
-  /// Begins with the content of the folder's file, if that is of this device and driver.
+  /// Creates the cache, initialised from the file in the folder if it matches device and driver.
   void Create(const DeviceContext& context, const VkPhysicalDeviceProperties& device);
-  /// Writes the file, if the cache has changed, and destroys the cache. No pipeline may be made
+  /// Writes the file if the cache has changed, and destroys the cache. No pipeline may be created
   /// afterwards.
   void SaveAndDestroy(const DeviceContext& context);
 
   VkPipelineCache handle() const { return handle_; }
-  /// Bytes that were read from the file; 0: there was none that could be used.
+  /// Bytes loaded from the file; 0 without a usable file.
   size_t loaded_bytes() const { return loaded_.size(); }
 
  private:
@@ -47,10 +47,10 @@ class PipelineCache {
   std::vector<uint8_t> loaded_;
 };
 
-/// The file's bytes: a header with size and checksum, then the driver's data.
+/// Serialises the file: a header with size and checksum, then the driver's data.
 std::vector<uint8_t> PackPipelineCache(std::span<const uint8_t> data);
-/// The driver's data in a file.
-/// \return empty if the file is damaged, or of another device or driver
+/// Extracts the driver's data from a file.
+/// \return empty if the file is damaged or belongs to another device or driver
 std::vector<uint8_t> UnpackPipelineCache(std::span<const uint8_t> file,
                                          const VkPhysicalDeviceProperties& device);
 

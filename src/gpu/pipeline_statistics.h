@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// What the driver reports of compiled shaders (registers, spilled bytes, occupancy), for tuning:
-/// VK_KHR_pipeline_executable_properties. Off unless STILLRAY_PIPELINE_STATISTICS is set to
-/// anything but 0; then each pipeline prints its statistics to standard error when it is created.
+/// The driver's statistics of compiled shaders (registers, spilled bytes, occupancy), for tuning:
+/// VK_KHR_pipeline_executable_properties. If STILLRAY_PIPELINE_STATISTICS is set to a value other
+/// than 0, the statistics of each pipeline are printed to standard error on creation.
 #pragma once
 
 #include <array>
@@ -22,16 +22,16 @@ inline constexpr const char* kPipelineStatisticsVariable = "STILLRAY_PIPELINE_ST
 inline constexpr std::array kStatisticsExtensions = {
     VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME};
 
-/// The variable is set, and the device offers the extension.
+/// Whether the environment variable is set and the device supports the extension.
 bool WantsPipelineStatistics(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// The feature to create the device with.
+/// The feature to enable on the device.
 VkPhysicalDevicePipelineExecutablePropertiesFeaturesKHR StatisticsFeature();
 
-/// For VkComputePipelineCreateInfo and the like; 0 without statistics.
+/// Flags of Vk...PipelineCreateInfo; 0 without statistics.
 VkPipelineCreateFlags StatisticsFlags(const DeviceContext& context);
 
-/// Prints the statistics of a pipeline that was created with StatisticsFlags; nothing without.
+/// Prints the statistics of a pipeline created with StatisticsFlags; no output if the flags are 0.
 /// \param constants  specialisation constants, which are printed with the name
 void PrintStatistics(const DeviceContext& context, const char* name,
                      std::span<const uint32_t> constants, VkPipeline pipeline);

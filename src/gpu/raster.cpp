@@ -45,7 +45,7 @@ Status Raster::MakePass(VkFormat format) {
   constexpr VkAccessFlags kWrites =
       VK_ACCESS_COLOR_ATTACHMENT_WRITE_BIT | VK_ACCESS_DEPTH_STENCIL_ATTACHMENT_WRITE_BIT;
   std::array<VkSubpassDependency, 2> order = {};
-  // Waits for earlier reads and draws of the images.
+  // Waits for earlier reads of and draws to the attachments.
   order[0].srcSubpass = VK_SUBPASS_EXTERNAL;
   order[0].srcStageMask =
       VK_PIPELINE_STAGE_TRANSFER_BIT | VK_PIPELINE_STAGE_COLOR_ATTACHMENT_OUTPUT_BIT | kTests;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Draws triangles with a depth test into an image of numbers that other passes read.
+/// Rasterises triangles with a depth test to an integer image that other passes read.
 #pragma once
 
 #include <span>
@@ -11,16 +11,16 @@
 namespace stillray::gpu {
 
 struct RasterInfo {
-  const char* name = "";               ///< for messages
+  const char* name = "";               ///< for error messages
   std::span<const uint32_t> vertex;    ///< SPIR-V; computes vertices from gl_VertexIndex
   std::span<const uint32_t> fragment;  ///< SPIR-V; writes location 0
   std::span<const VkDescriptorSetLayout> sets;
-  uint32_t push_bytes = 0;  ///< of the vertex shader
+  uint32_t push_bytes = 0;  ///< push constants of the vertex shader
 };
 
-/// A render pass with its image and pipeline. Depth is reversed (nearer is larger): with z = near /
-/// w as a float, the relative precision is the same at any distance. Both sides of triangles are
-/// drawn. Not copied or moved.
+/// A render pass with its framebuffer and pipeline. Depth is reversed (nearer is larger): with z =
+/// near / w as a float, the relative precision is uniform over distance. No face culling. Not
+/// copied or moved.
 class Raster {
  public:
   static constexpr VkFormat kDepthFormat = VK_FORMAT_D32_SFLOAT;
@@ -30,12 +30,11 @@ class Raster {
   Raster& operator=(const Raster&) = delete;
   ~Raster();
 
-  /// \param picture, depth  attachments of one size, of an arena with memory; they must outlive
-  ///     this
+  /// \param picture, depth  attachments of equal size from an allocated arena; must outlive this
   Status Create(const RasterInfo& info, const Image& picture, const Image& depth);
 
-  /// Begins the pass, clears the upper left `size` pixels of the image, which limits the draws that
-  /// follow, and binds the pipeline.
+  /// Begins the pass, clears the upper left `size` pixels of the image, to which later draws are
+  /// limited, and binds the pipeline.
   void RecordBegin(VkCommandBuffer commands, VkExtent2D size, VkClearColorValue clear) const;
   /// Ends the pass; the image is ready to be copied (VK_IMAGE_LAYOUT_TRANSFER_SRC_OPTIMAL).
   void RecordEnd(VkCommandBuffer commands) const;

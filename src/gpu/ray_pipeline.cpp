@@ -13,7 +13,7 @@
 namespace stillray::gpu {
 namespace {
 
-/// Shader groups of a pipeline, one record of the table each.
+/// Shader groups of a pipeline, with one record each in the shader binding table.
 enum Group : uint32_t { kGeneration, kMiss, kHit, kGroupCount };
 
 /// Owns the shader modules of a pipeline's stages.
@@ -112,7 +112,7 @@ Status RayPipeline::MakeTable(const char* name) {
   const DeviceContext& c = device_->context();
   const VkDeviceSize stride = c.ray_tracing.record_stride;
   const size_t handle = c.ray_tracing.handle_size;
-  // Extra space, since the first record must be aligned.
+  // Extra space for the alignment of the first record.
   const Result<const Buffer*> buffer = arena_.AddBuffer(
       (kGroupCount + 1) * stride,
       VK_BUFFER_USAGE_SHADER_BINDING_TABLE_BIT_KHR | VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT,

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Hardware ray tracing: its requirements (VK_KHR_ray_tracing_pipeline and the extensions that it
-/// depends on), and how to create a device with it.
+/// Vulkan ray tracing: its requirements (VK_KHR_ray_tracing_pipeline and the extensions that it
+/// depends on), and the features for creating a device.
 #pragma once
 
 #include <array>
@@ -22,25 +22,25 @@ inline constexpr std::array kRayTracingExtensions = {
 /// A device's support for ray tracing; sizes and alignments in bytes.
 struct RayTracing {
   bool offered = false;
-  /// VK_KHR_ray_query too: without it the driver emulates the pipelines on a device without units
-  /// that trace rays.
+  /// VK_KHR_ray_query is supported; without it the driver emulates the pipelines on a device
+  /// without ray tracing units.
   bool queries = false;
-  bool indirect = false;  ///< the number of rays may come from device memory
+  bool indirect = false;  ///< indirect launches are supported
   uint32_t handle_size = 0;
-  uint32_t record_stride = 0;      ///< of a shader binding table with aligned records
-  uint32_t scratch_alignment = 0;  ///< of the scratch memory of builds
-  uint32_t most_rays = 0;          ///< of one launch
-  uint64_t most_triangles = 0;     ///< of one bottom level
-  uint64_t most_instances = 0;     ///< of a top level
+  uint32_t record_stride = 0;      ///< stride of a shader binding table with aligned records
+  uint32_t scratch_alignment = 0;  ///< alignment of the scratch memory of builds
+  uint32_t most_rays = 0;          ///< maximum rays per launch
+  uint64_t most_triangles = 0;     ///< maximum triangles per bottom level
+  uint64_t most_instances = 0;     ///< maximum instances per top level
 };
 
-/// Never fails: a device without support yields an empty result.
+/// Queries the support of a device; empty without support. Never fails.
 RayTracing FindRayTracing(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// The features to create a device with. Not copied: its parts point to each other.
+/// The features to enable on a device. Not copied: its members point to each other.
 class RayTracingFeatures {
  public:
-  /// The required features, and the optional ones that `offered` has.
+  /// The required features, and the optional features in `offered`.
   explicit RayTracingFeatures(const RayTracing& offered);
   RayTracingFeatures(const RayTracingFeatures&) = delete;
   RayTracingFeatures& operator=(const RayTracingFeatures&) = delete;

@@ -19,7 +19,7 @@
 namespace stillray::gpu {
 namespace {
 
-/// Filled before main by the shaders' own sources.
+/// Filled before main by static objects in the generated shader sources.
 std::map<const uint32_t*, std::string>& Names() {
   static std::map<const uint32_t*, std::string> names;
   return names;
@@ -39,8 +39,8 @@ bool IsThere(const std::filesystem::path& file) {
   return std::filesystem::exists(file, error);
 }
 
-/// Whether the words are a header and whole instructions, up to the end of a function: drivers do
-/// not check, and crash.
+/// Checks that the words are a header and complete instructions that end with a function: drivers
+/// do not validate, and crash.
 Status CheckModule(const std::string& file, size_t bytes, std::span<const uint32_t> words) {
   constexpr uint32_t kMagic = 0x07230203;
   constexpr size_t kHeaderWords = 5;
@@ -62,7 +62,7 @@ Status CheckModule(const std::string& file, size_t bytes, std::span<const uint32
     }
     at += length;
   }
-  // The last function of a module ends it.
+  // A module ends with OpFunctionEnd.
   constexpr uint32_t kFunctionEnd = 0x00010038;
   if (words.back() != kFunctionEnd) {
     return Status::BadData(fmt::format(

@@ -15,7 +15,8 @@ namespace {
 constexpr VkExternalMemoryHandleTypeFlagBits kHandle = VK_EXTERNAL_MEMORY_HANDLE_TYPE_OPAQUE_FD_BIT;
 constexpr VkBufferUsageFlags kUsage = VK_BUFFER_USAGE_TRANSFER_DST_BIT;
 
-/// Importers round sizes up differently, and reject memory that is smaller than their result.
+/// Granularity of the memory size: importers round sizes up differently, and reject memory smaller
+/// than the rounded size.
 constexpr VkDeviceSize kPage = 4096;
 
 bool ExportsBuffers(const InstanceFunctions& vk, VkPhysicalDevice device) {

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Device memory that other APIs on the same device can import, as OpenGL does with
-/// GL_EXT_memory_object_fd: its requirements (VK_KHR_external_memory_fd), and buffers in such
-/// memory.
+/// Device memory exported to other APIs on the same device, such as OpenGL
+/// (GL_EXT_memory_object_fd): its requirements (VK_KHR_external_memory_fd), and buffers in
+/// exportable memory.
 #pragma once
 
 #include <array>
@@ -28,11 +28,11 @@ struct MemorySharing {
   Uuid driver = {};
 };
 
-/// Never fails: a device without support yields an empty result. So does one that shares only
-/// dedicated memory, which no driver does for buffers.
+/// Queries the support of a device; empty without support, or if the device shares only dedicated
+/// memory, which no driver requires for buffers. Never fails.
 MemorySharing FindMemorySharing(const InstanceFunctions& functions, VkPhysicalDevice device);
 
-/// A copy destination in memory of its own.
+/// A copy destination with its own exportable allocation.
 class SharedBuffer {
  public:
   /// \return kUnsupported if the device does not share memory; kOutOfMemory
@@ -43,10 +43,10 @@ class SharedBuffer {
   ~SharedBuffer();
 
   VkBuffer buffer() const { return buffer_; }
-  /// Size of the memory, which importers need; larger than the buffer.
+  /// Size of the memory, required by importers; larger than the buffer.
   VkDeviceSize memory_bytes() const { return memory_bytes_; }
-  /// A new file descriptor of the memory, which lives as long as any import of it. The caller
-  /// closes it, or passes it to an importer.
+  /// Returns a new file descriptor of the memory; the memory lives as long as any import. The
+  /// caller closes the descriptor, or passes it to an importer.
   Result<int> Export() const;
 
  private:
@@ -59,7 +59,7 @@ class SharedBuffer {
   VkDeviceSize memory_bytes_ = 0;
 };
 
-/// Records the release of the buffer's content from the queue's family to other APIs.
+/// Records the queue family ownership release of the buffer to other APIs.
 void RecordRelease(const DeviceContext& context, VkCommandBuffer commands, uint32_t queue_family,
                    const SharedBuffer& buffer);
 

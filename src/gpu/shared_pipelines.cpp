@@ -22,7 +22,7 @@ SharedPipelines::~SharedPipelines() {
   vk.DestroySampler(context_->device, sampler_, nullptr);
 }
 
-/// Bilinear; textures have a border of their own.
+/// Creates the bilinear sampler; wrapping is resolved by the textures' borders.
 Status SharedPipelines::MakeSampler() {
   VkSamplerCreateInfo info = {};
   info.sType = VK_STRUCTURE_TYPE_SAMPLER_CREATE_INFO;

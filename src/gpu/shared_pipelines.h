@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Compute pipelines and layouts of descriptor sets that all users of a device share.
+/// Compute pipelines and descriptor set layouts shared by all users of a device.
 #pragma once
 
 #include <cstdint>
@@ -15,24 +15,24 @@
 
 namespace stillray::gpu {
 
-/// Owned by Device, or by a denoiser that runs in a renderer's VkDevice. Pipelines and layouts live
-/// as long as this object, not as long as their users: a driver may take seconds to compile, and
-/// the viewer destroys a renderer before it creates the next one. Their number is limited by that
-/// of the shaders and specialisation constants. Thread-safe.
+/// Owned by Device, or by a denoiser on a caller's VkDevice. Pipelines and layouts live as long as
+/// this object and outlive their users: compilation may take seconds, and the viewer destroys a
+/// renderer before it creates the next one. Their number is bounded by the number of shaders and
+/// specialisation constants. Thread-safe.
 class SharedPipelines {
  public:
   /// \param context  must outlive this
   explicit SharedPipelines(const DeviceContext* context) : context_(context) {}
   SharedPipelines(const SharedPipelines&) = delete;
   SharedPipelines& operator=(const SharedPipelines&) = delete;
-  /// No work of the device may be using the pipelines.
+  /// No pending work of the device may use the pipelines.
   ~SharedPipelines();
 
-  /// \return the same handle for the same shape
+  /// \return one handle per shape
   Result<VkDescriptorSetLayout> Layout(const SetShape& shape);
-  /// Creates the pipeline unless there is one of the same code (that of shader_folder.h, if it
-  /// replaces the shader's), layout and constants. Calls for the same pipeline wait for the thread
-  /// that compiles it; calls for others do not. After a failure the next call compiles again.
+  /// Creates the pipeline unless one exists with equal code (after replacement by shader_folder.h),
+  /// layout and constants. Concurrent calls for one pipeline wait for the compiling thread; calls
+  /// for other pipelines do not wait. After a failure the next call compiles again.
   Result<Pipeline> Find(const PipelineInfo& info);
 
   /// Number of pipelines created so far.
@@ -52,9 +52,10 @@ class SharedPipelines {
   Status MakeSampler();
 
   const DeviceContext* context_;
-  mutable std::mutex mutex_;  // protects what follows
+  mutable std::mutex mutex_;  // protects the members below
   size_t created_ = 0;
-  VkSampler sampler_ = VK_NULL_HANDLE;  // of textures, once a layout has any
+  // Sampler of textures; created with the first layout that has textures.
+  VkSampler sampler_ = VK_NULL_HANDLE;
   std::vector<std::pair<SetShape, VkDescriptorSetLayout>> layouts_;
   std::vector<std::unique_ptr<Entry>> entries_;
 };

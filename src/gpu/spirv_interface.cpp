@@ -117,7 +117,7 @@ struct Instruction {
   std::span<const uint32_t> operands;
 };
 
-/// Operand of an id that the instruction makes, or 0.
+/// Index of the operand that is the instruction's result id, or 0.
 uint32_t ResultOf(const Instruction& i) {
   switch (i.op) {
     case kOpTypeBool:
@@ -145,7 +145,7 @@ uint32_t ResultOf(const Instruction& i) {
   }
 }
 
-/// Operands that every instruction of the kind has.
+/// Minimum number of operands of an instruction.
 size_t LeastOperands(uint32_t op) {
   switch (op) {
     case kOpTypeBool:
@@ -212,10 +212,10 @@ class Module {
 
  private:
   struct Variable {
-    uint32_t type = 0;  ///< of a pointer
+    uint32_t type = 0;  ///< id of the pointer type
     uint32_t storage = 0;
   };
-  /// A function's use of module variables, and its calls.
+  /// Module variables used by a function, and its calls.
   struct Function {
     std::set<uint32_t> calls;
     std::set<uint32_t> uses;
@@ -317,8 +317,8 @@ class Module {
     }
   }
 
-  /// An instruction of a function. Images are loaded from their variable, blocks are reached
-  /// through access chains: GLSL passes neither to functions as pointers.
+  /// Processes an instruction of a function body. Images are loaded from their variable and blocks
+  /// accessed through access chains: GLSL does not pass either to functions as pointers.
   void TakeUse(const Instruction& i) {
     Function& f = functions_[function_];
     const auto o = i.operands;
@@ -340,7 +340,7 @@ class Module {
         f.uses.insert(variable_of(o[2]));
         break;
       case kOpLoad:
-        base_[o[1]] = variable_of(o[2]);  // of an image
+        base_[o[1]] = variable_of(o[2]);  // variable of an image
         f.uses.insert(variable_of(o[2]));
         reads(o[2]);
         break;
@@ -359,7 +359,7 @@ class Module {
         break;
       default:
         if (i.op >= kOpAtomicFirst && i.op <= kOpAtomicLast) {
-          // OpAtomicStore alone has no result.
+          // OpAtomicStore is the only atomic without a result.
           constexpr uint32_t kOpAtomicStore = 228;
           const uint32_t pointer = i.op == kOpAtomicStore ? o[0] : o.size() > 2 ? o[2] : 0;
           reads(pointer);
@@ -391,7 +391,7 @@ class Module {
     return found->second;
   }
 
-  /// The value of a constant of 32 bits.
+  /// The value of a 32-bit constant.
   uint32_t ValueOf(uint32_t id) {
     const auto spec = spec_ids_.find(id);
     if (spec != spec_ids_.end()) {
@@ -458,7 +458,7 @@ class Module {
         return a % b;
       case kOpSRem:
         return static_cast<uint32_t>(x % y);
-      case kOpSMod:  // with the sign of the divisor
+      case kOpSMod:  // result has the sign of the divisor
         return static_cast<uint32_t>(((x % y) + y) % y);
       case kOpShiftRightLogical:
         return b < 32 ? a >> b : 0;
@@ -532,7 +532,7 @@ class Module {
     }
   }
 
-  /// Bytes of a type; of arrays in blocks by their stride.
+  /// Size of a type in bytes; arrays in blocks use their stride.
   uint32_t BytesOf(uint32_t type) {
     const Instruction& i = Find(type);
     const auto o = i.operands;
@@ -653,13 +653,14 @@ class Module {
   std::map<uint32_t, Variable> variables_;
   std::map<uint32_t, uint32_t> spec_ids_, bindings_, sets_, strides_;
   std::map<std::pair<uint32_t, uint32_t>, uint32_t> offsets_;
-  std::map<uint32_t, uint32_t> base_;  ///< variables that pointers and loaded images come from
+  /// Variables from which pointers and loaded images are derived.
+  std::map<uint32_t, uint32_t> base_;
   std::map<uint32_t, Function> functions_;
   std::set<uint32_t> image_reads_, image_writes_;
-  std::set<uint32_t> passed_;  ///< to functions
+  std::set<uint32_t> passed_;  ///< variables passed to functions
   std::set<uint32_t> not_read_, not_written_;
   std::set<uint32_t> reached_, used_, read_, written_;
-  uint32_t function_ = 0;  ///< in progress
+  uint32_t function_ = 0;  ///< function being processed
   uint32_t entry_ = 0;
   std::array<uint32_t, 3> local_size_ = {1, 1, 1};
 };

@@ -49,8 +49,8 @@ void Timestamps::Mark(VkCommandBuffer commands, std::string_view name) {
                                  first + static_cast<uint32_t>(names_[frame_].size()));
   names_[frame_].push_back(name);
   if (context_->is_software) {
-    // Once a device has drawn, Mesa's llvmpipe takes the time when its rasteriser next runs, after
-    // the part that the mark begins. A barrier makes it run now.
+    // After the first draw on a device, Mesa's llvmpipe writes timestamps only when its rasteriser
+    // runs next, after the part begun by the mark. A barrier makes it run immediately.
     context_->vk.CmdPipelineBarrier(commands, VK_PIPELINE_STAGE_BOTTOM_OF_PIPE_BIT,
                                     VK_PIPELINE_STAGE_TOP_OF_PIPE_BIT, 0, 0, nullptr, 0, nullptr, 0,
                                     nullptr);
@@ -68,7 +68,7 @@ std::vector<DeviceTime> Timestamps::Read() const {
   return {};
 }
 
-/// Empty unless the device has finished the frame.
+/// Durations of a frame; empty unless the device has finished the frame.
 std::vector<DeviceTime> Timestamps::ReadFrame(size_t frame) const {
   const Names& names = names_[frame];
   std::vector<DeviceTime> times;

@@ -22,8 +22,8 @@ constexpr uint32_t kNonWritable = 24;
 
 std::vector<uint32_t> WithStorageBlocks(std::span<const uint32_t> code) {
   std::vector<uint32_t> words(code.begin(), code.end());
-  std::vector<uint32_t> read_only;  // decorations of the variables
-  size_t decorations = 0;           // where they begin
+  std::vector<uint32_t> read_only;  // decorations that mark the variables read-only
+  size_t decorations = 0;           // offset of the first decoration
   size_t length = 0;
   for (size_t at = kHeaderWords; at < words.size(); at += length) {
     length = words[at] >> 16;
@@ -40,7 +40,7 @@ std::vector<uint32_t> WithStorageBlocks(std::span<const uint32_t> code) {
       decorations = at;
     }
   }
-  if (decorations != 0) {  // a variable with a binding has some
+  if (decorations != 0) {  // any variable with a binding is decorated
     words.insert(words.begin() + static_cast<std::ptrdiff_t>(decorations), read_only.begin(),
                  read_only.end());
   }

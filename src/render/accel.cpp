@@ -22,7 +22,7 @@ struct ShadowContext {
   RTCIntersectContext base;  // first member: Embree accesses only this part
   const ShadowFilter* filter;
   const RayBatch* rays;
-  vec3* transmittance;  // of the batch's rays
+  vec3* transmittance;  // one per ray of the batch
   uint32_t static_id;
 };
 static_assert(offsetof(ShadowContext, base) == 0);
@@ -52,8 +52,7 @@ struct Packet<16> {
   static constexpr auto kOccluded = rtcOccluded16;
 };
 
-/// Fields with the same value in all rays, which Embree does not modify: written once for many
-/// packets.
+/// Sets the fields that are equal for all rays and not modified by Embree: once for many packets.
 template <int kWidth>
 void PrepareRays(typename Packet<kWidth>::Ray* packet, int* valid) {
   for (int i = 0; i < kWidth; ++i) {
@@ -122,11 +121,11 @@ void OccludedBatch(RTCScene scene, const RayBatch& rays, ShadowContext* context)
   for (int first = 0; first < rays.count; first += kWidth) {
     LoadRays<kWidth>(rays, first, &packet, valid);
     for (int i = 0; i < kWidth; ++i) {
-      packet.id[i] = static_cast<unsigned>(first + i);  // for the filter
+      packet.id[i] = static_cast<unsigned>(first + i);  // identifies the ray in FilterShadows
     }
     Packet<kWidth>::kOccluded(valid, scene, &context->base, &packet);
     for (int i = 0; i < kWidth && first + i < rays.count; ++i) {
-      if (packet.tfar[i] < 0) {  // Embree's mark for "occluded"
+      if (packet.tfar[i] < 0) {  // Embree sets tfar to -inf for occluded rays
         context->transmittance[first + i] = vec3(0.0f);
       }
     }
@@ -150,7 +149,7 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
     hit.v = RTCHitN_v(arguments->hit, n, i);
     hit.instance = flat ? geometry : instance;
     hit.primitive = RTCHitN_primID(arguments->hit, n, i);
-    // The caller's direction: Embree's is in the instance's space.
+    // The world-space direction; Embree's direction is in the space of the instance.
     const auto ray = static_cast<int>(RTCRayN_id(arguments->ray, n, i));
     vec3& light = context->transmittance[ray];
     light *= context->filter->Transmittance(hit, context->rays->Direction(ray));
@@ -160,8 +159,8 @@ void FilterShadows(const RTCFilterFunctionNArguments* arguments) {
   }
 }
 
-/// Scenes with at most this many triangles use one flat BVH even if they move: rebuilding it per
-/// frame takes less time than the rays would spend on entering and leaving instances.
+/// Scenes with at most this many triangles use one flat BVH even if they move: the rebuild per
+/// frame takes less time than the ray transforms of instances.
 constexpr size_t kMaxRebuilt = 4096;
 
 void PlaceVertices(const Mesh& mesh, const AccelPlace& place, float* vertices) {
@@ -173,8 +172,8 @@ void PlaceVertices(const Mesh& mesh, const AccelPlace& place, float* vertices) {
   }
 }
 
-/// Sets the geometry's triangles: shares the mesh's indices, and its vertices where they are
-/// already in world space; otherwise copies them to their place.
+/// Sets the geometry's triangles: shares the mesh's indices, and its vertices if they are in the
+/// required space; otherwise stores transformed vertices.
 bool FillGeometry(RTCGeometry geometry, const Mesh& mesh, const AccelPlace& place,
                   const vec3* placed) {
   rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
@@ -231,21 +230,22 @@ class EmbreeAccel final : public Accel {
   std::atomic<int64_t> bytes_{0};  // declared before the device, whose destruction still updates it
   EmbreeDevice device_;
   EmbreeScene static_scene_;
-  // The scene shared by the instances of a mesh, per mesh and kind (opaque, see-through); then, per
-  // instance, the scene of those that deform.
+  // Per mesh and kind (opaque, see-through): the Embree scene shared by its instances; then one
+  // Embree scene per deforming instance.
   std::vector<EmbreeScene> mesh_scenes_;
   struct Instanced {
     uint32_t index;
     EmbreeGeometry geometry;
     const Mesh* mesh;
-    RTCScene deformed;  // its own BVH, if it deforms; in mesh_scenes_
-    uint64_t shape;     // of that BVH
+    RTCScene deformed;  // BVH of a deforming instance; owned by mesh_scenes_
+    uint64_t shape;     // AccelPlace::shape of that BVH
   };
   std::vector<Instanced> instanced_;
-  EmbreeScene top_scene_;  // null if nothing moves: rays then traverse static_scene_ itself
+  EmbreeScene top_scene_;  // null if nothing moves: rays then traverse static_scene_ directly
   uint32_t static_id_ = RTC_INVALID_GEOMETRY_ID;
   RTCScene root_ = nullptr;
-  bool flat_ = false;  // all triangles are in static_scene_, which is rebuilt when some move
+  // All triangles are in static_scene_, which is rebuilt when any instance moves.
+  bool flat_ = false;
   int widest_packet_ = 4;
 };
 
@@ -350,7 +350,7 @@ Status EmbreeAccel::BuildInstanced(const Scene& scene, const std::vector<AccelIn
 Status EmbreeAccel::Build(const Scene& scene, const std::vector<AccelInstance>& instances,
                           const std::vector<AccelPlace>& places, const KeepGoing& keep_going) {
   keep_going_ = keep_going;
-  // No own threads: it runs on the shared thread pool.
+  // Without threads of its own: Embree runs on the shared thread pool.
   device_.reset(rtcNewDevice("start_threads=0,set_affinity=0"));
   if (!device_) {
     return Status::Unsupported(fmt::format("Embree could not be started: error {}",
@@ -436,7 +436,7 @@ void EmbreeAccel::IntersectCoherent(const RayBatch& rays, HitBatch* hits) const 
 }
 
 void EmbreeAccel::IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const {
-  // Eight rays at a time are faster than sixteen where rays diverge.
+  // Packets of eight are faster than packets of sixteen for incoherent rays.
   if (widest_packet_ >= 8) {
     return IntersectBatch<8>(root_, rays, RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT, static_id_, hits);
   }

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Ray queries; the only module that uses Embree. Static instances are in one flat BVH; moving ones
-/// are instances of their mesh's BVH, or of one of their own if they deform, in a top level that is
-/// updated per frame.
+/// Ray queries; the only module that uses Embree. Static instances are copied into one flat BVH.
+/// Moving instances reference the BVH of their mesh, deforming ones a BVH of their own, from a
+/// top-level BVH that is updated per frame.
 #pragma once
 
 #include <cstdint>
@@ -69,23 +69,24 @@ bool IsInvertible(const mat4& transform);
 
 /// How an instance enters the BVH.
 struct AccelInstance {
-  /// True: as an instance of its mesh, whose transform may change between calls of Update; false:
-  /// copied.
+  /// True: a reference to the BVH of its mesh, whose transform may change between calls of Update;
+  /// false: its triangles are copied into the flat BVH.
   bool instanced = false;
-  bool deforms = false;      ///< instanced, with a BVH of its own, which Update rebuilds
+  bool deforms = false;      ///< instanced, and has its own BVH, which Update rebuilds
   bool see_through = false;  ///< shadow rays call ShadowFilter on its hits
-  /// The world-space vertices of a copied instance, plus one; must outlive the Accel.
+  /// The world-space vertices of a copied instance, followed by one element of padding; must
+  /// outlive the Accel.
   const vec3* placed = nullptr;
 };
 
-/// Where an instance is.
+/// Transform and vertices of an instance at the current moment.
 struct AccelPlace {
   mat4 world = mat4(1.0f);
-  const vec3* positions = nullptr;  ///< of its mesh's vertices, before `world`
-  uint64_t shape = 0;               ///< another number whenever these have changed
+  const vec3* positions = nullptr;  ///< positions of the mesh's vertices, before `world`
+  uint64_t shape = 0;               ///< changes whenever the positions change
 };
 
-/// Computes the fraction of light that passes the surface at `hit` undeflected, per channel in
+/// Computes the transmittance of undeflected light through the surface at `hit`, per channel in
 /// 0..1.
 class ShadowFilter {
  public:
@@ -93,10 +94,10 @@ class ShadowFilter {
   virtual vec3 Transmittance(const Hit& hit, vec3 direction) const = 0;
 };
 
-/// All queries may be called from several threads at once, but not Update.
+/// Queries may run concurrently on several threads; Update must not run concurrently with anything.
 class Accel {
  public:
-  /// \param places      of each instance, now
+  /// \param places      current placement of each instance
   /// \param filter      must outlive the result; called only for see_through instances
   /// \param keep_going  called from time to time while BVHs are built, from any thread; may be
   ///     empty
@@ -108,16 +109,16 @@ class Accel {
                                                const KeepGoing& keep_going = {});
   virtual ~Accel() = default;
 
-  /// Moves the moving instances, and rebuilds the BVHs of those that have changed
-  /// their shape.
+  /// Applies the new transforms of moving instances, and rebuilds the BVHs of instances whose shape
+  /// has changed.
   virtual Status Update(const std::vector<AccelPlace>& places) = 0;
 
   /// First hits of coherent rays, such as primary rays.
   virtual void IntersectCoherent(const RayBatch& rays, HitBatch* hits) const = 0;
   /// First hits of incoherent rays.
   virtual void IntersectIncoherent(const RayBatch& rays, HitBatch* hits) const = 0;
-  /// Transmittance from each ray's end to its origin: 1, or 0 behind an opaque surface, or the
-  /// product over the see-through surfaces.
+  /// Transmittance of each ray between origin and end: 0 if an opaque surface occludes it,
+  /// otherwise the product over the see-through surfaces, 1 without any.
   virtual void Occluded(const RayBatch& rays, vec3* transmittance) const = 0;
 
   virtual size_t memory_bytes() const = 0;

@@ -16,8 +16,8 @@ STILLRAY_RENDER_BEGIN
 struct AliasEntry {
   float keep;         // probability of the entry itself, given its column
   uint other;         // the column's other item
-  float probability;  // of this entry
-  uint item;          // meaning defined by the table's owner
+  float probability;  // probability of this entry
+  uint item;          // index whose meaning the table's owner defines
 };
 
 struct AliasColumn {
@@ -38,7 +38,7 @@ SHARED_FN AliasColumn FindAliasColumn(uint count, float u) {
   return column;
 }
 
-// \param entry  of the column
+// \param entry  entry of the column
 SHARED_FN AliasChoice ChooseInColumn(SHARED_IN(AliasColumn) column, SHARED_IN(AliasEntry) entry) {
   AliasChoice choice;
   if (column.within < entry.keep) {

@@ -19,7 +19,7 @@ void FillAliasTable(const float* weights, size_t count, AliasEntry* table) {
     }
     return;
   }
-  std::vector<double> height(count);  // of each column; their mean is 1
+  std::vector<double> height(count);  // height of each column, with mean 1
   std::vector<uint32_t> low;
   std::vector<uint32_t> high;
   for (size_t i = 0; i < count; ++i) {

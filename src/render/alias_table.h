@@ -11,7 +11,8 @@
 namespace stillray::render {
 
 /// Fills `table` (of the same size) for the given weights, all >= 0 and finite. Without any
-/// positive weight, probabilities are 0 and the table must not be sampled. Does not change items.
+/// positive weight, probabilities are 0 and the table must not be sampled. AliasEntry::item is
+/// unchanged.
 void FillAliasTable(const float* weights, size_t count, AliasEntry* table);
 
 }  // namespace stillray::render

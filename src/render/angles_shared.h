@@ -13,9 +13,9 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Polynomial arctangent of y / x, both >= 0; 0..pi/2. 0 if both are 0.
+// Polynomial arctangent of y / x for x, y >= 0: 0..pi/2, and 0 if both are 0.
 SHARED_FN float ArcTangentOfQuarter(float y, float x) {
-  const float kTan8th = 0.41421356f;  // of pi / 8
+  const float kTan8th = 0.41421356f;  // tan(pi / 8)
   float larger = max(x, y);
   float t = larger > 0.0f ? min(x, y) / larger : 0.0f;
   float base = 0.0f;
@@ -30,14 +30,14 @@ SHARED_FN float ArcTangentOfQuarter(float y, float x) {
   return y > x ? 0.5f * kPi - angle : angle;
 }
 
-// The angle of (x, y), -pi..pi.
+// Polar angle of (x, y), -pi..pi.
 SHARED_FN float PolynomialArcTangent(float y, float x) {
   float quarter = ArcTangentOfQuarter(abs(y), abs(x));
   float half_turn = x < 0.0f ? kPi - quarter : quarter;
   return y < 0.0f ? -half_turn : half_turn;
 }
 
-// Of a cosine in -1..1: 0..pi.
+// Angle in 0..pi of a cosine in -1..1.
 SHARED_FN float PolynomialArcCosine(float cosine) {
   return PolynomialArcTangent(sqrt((1.0f - cosine) * (1.0f + cosine)), cosine);
 }

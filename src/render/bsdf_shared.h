@@ -4,19 +4,18 @@
 // The BSDF: glTF 2.0 metallic-roughness with transmission, as
 //   diffuse    Lambert, scaled by the transmittance of the dielectric boundary above it
 //   specular   GGX reflection, Schlick Fresnel between f0 and f90 (boundary and metal in one lobe)
-//   through    Lambertian transmission: the part of the diffuse light that leaves on the far side
-//   sheen      of cloth, above the others
+//   through    Lambertian transmission: diffuse light that leaves on the far side
+//   sheen      sheen of cloth, layered above the lobes listed so far
 //   coat       GGX reflection of a clear coat, above all others
 //   glass      GGX reflection and refraction, exact Fresnel (Walter et al. 2007), or a thin sheet
 // A thin film may replace the Fresnel terms of the specular lobe and of glass.
 // The rough lobes are scaled to compensate the energy loss of single scattering (Turquin 2019,
 // "Practical multiple scattering compensation for microfacet models"): a white surface reflects all
-// light. What lies below a layer is scaled by what that layer's directional albedo leaves of the
-// light, so that layers conserve energy. Directions are local, z along the shading normal; wo.z > 0
-// always.
+// light. Lobes below a layer are scaled by one minus the directional albedo of the layer, so that
+// layers conserve energy. Directions are local, z along the shading normal; wo.z > 0 always.
 //
 // Paths carry "basic radiance", L / n^2, which refraction preserves: a path that enters a solid and
-// leaves it again gets the same light as with both factors.
+// leaves it again carries the same radiance as with both n^2 factors.
 #ifndef STILLRAY_RENDER_BSDF_SHARED_H
 #define STILLRAY_RENDER_BSDF_SHARED_H
 
@@ -31,20 +30,20 @@ STILLRAY_RENDER_BEGIN
 
 struct Bsdf {
   vec3 diffuse;              // reflectance of the diffuse lobe, below the boundary
-  float diffuse_share;       // the same without its colour
+  float diffuse_share;       // share of the diffuse lobe without its colour
   vec3 specular_f0;          // reflectance at normal incidence
-  vec3 specular_scale;       // weight of the lobe times its energy compensation
+  vec3 specular_scale;       // weight of the specular lobe times its energy compensation
   vec3 tint;                 // transmission colour
   float specular_f90;        // reflectance at grazing incidence
   float specular_alpha;      // 0 = ideally smooth
   float glass_weight;        // of reflection and transmission together
   float glass_compensation;  // energy compensation
   float glass_alpha;         // 0 = ideally smooth
-  // refractive index of the far over the near side; of the sheet, if thin
+  // relative refractive index, far side over near side; refractive index of the sheet if thin
   float eta;
-  float sheet_reflectance;  // of a smooth thin sheet, from the geometric normal
+  float sheet_reflectance;  // reflectance of a smooth thin sheet, with the geometric normal
   int thin;                 // 1: transmission is undeflected
-  float pick_diffuse;       // probabilities of the lobes; their sum is 1, or 0: black
+  float pick_diffuse;       // selection probabilities of the lobes; sum 1, or 0 if black
   float pick_specular;
   float pick_glass;
   int layered;  // 1: the members below are set too
@@ -59,15 +58,15 @@ struct Bsdf {
   float pick_sheen;
   vec3 through;  // transmittance of the diffuse lobe
   float pick_through;
-  vec2 tangent;  // of an anisotropic specular lobe: where it is stretched, in the local frame
-  float tangent_alpha;  // GGX alpha there; `specular_alpha` is that across it. 0 = isotropic
+  vec2 tangent;         // local direction along which an anisotropic specular lobe is stretched
+  float tangent_alpha;  // GGX alpha along it, `specular_alpha` is that across it; 0 = isotropic
   float film;           // weight of the thin film; above 0: the members below are set too
   float film_ior;
   float film_thickness;  // nm
-  float film_metal;      // weights of its reflectance over metal, of F0 `tint`,
-  float film_boundary;   // and over the dielectric boundary,
-  vec3 film_f0;          // of that F0
-  vec3 film_mean;        // their sum's mean over the specular lobe
+  float film_metal;      // weights of the film's reflectance over metal with F0 `tint`
+  float film_boundary;   // and over the dielectric boundary
+  vec3 film_f0;          // F0 of the dielectric boundary
+  vec3 film_mean;        // mean of the film's weighted reflectance over the specular lobe
   vec3 film_sheet;       // colour of light reflected by glass, its largest component is 1
 };
 
@@ -76,16 +75,16 @@ const float kCoatF0 = 0.04f;
 // The smallest cosine of a direction with the clear coat's normal.
 const float kLeastCoatCosine = 1e-3f;
 
-// f times |cos|, per lobe, and the density of SampleBsdf, per solid angle. Ideally smooth lobes are
-// not included.
+// BSDF times |cos| per lobe, and the solid angle density (PDF) of SampleBsdf, both without ideally
+// smooth lobes.
 struct BsdfValue {
   vec3 diffuse;
   vec3 specular;
   float density;
 };
 
-// Parts of a BSDF that are sampled and evaluated by themselves. A random choice between reflection
-// and transmission by glass would make both noisy.
+// Subsets of the lobes that are sampled and evaluated separately: a random choice between
+// reflection and transmission by glass would add noise to both.
 const int kAllLobes = 0;
 const int kLobesWithoutReflection = 1;  // all but the reflection of glass
 const int kReflectionOfGlass = 2;
@@ -99,13 +98,13 @@ const int kScatterStraight = 4;  // straight through a smooth thin sheet
 struct BsdfSample {
   vec3 wi;
   vec3 diffuse;   // f cos / density
-  vec3 specular;  // likewise; of ideally smooth lobes: share / probability
-  float density;  // of all rough lobes; 0 for ideally smooth ones
+  vec3 specular;  // f cos / density; share / probability for ideally smooth lobes
+  float density;  // PDF of all rough lobes; 0 for ideally smooth lobes
   int kind;
 };
 
-// A GGX lobe without its Fresnel term: f times |cos|, the density of sampling by visible normals,
-// and Schlick's weight.
+// A GGX lobe without its Fresnel term: BRDF times |cos|, the PDF of sampling visible normals, and
+// Schlick's weight.
 struct GgxValue {
   float value;
   float density;
@@ -114,8 +113,8 @@ struct GgxValue {
 
 // GgxDensity(h) / (4 cos) over 1 + Lambda(wo) + Lambda(wi), and over 1 + Lambda(wo), for the half
 // vector h of two directions above the surface. With m = wo + wi not normalised and T(w) =
-// sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, few divisions remain;
-// the cosine of wo and h is |m| / 2.
+// sqrt(w.z^2 + alpha^2 (1 - w.z^2)), so that 1 + 2 Lambda(w) = T(w) / w.z, this takes few
+// divisions; the cosine of wo and h is |m| / 2.
 SHARED_FN GgxValue EvaluateGgx(float alpha, vec3 wo, vec3 wi) {
   float alpha2 = alpha * alpha;
   vec3 m = wo + wi;
@@ -132,7 +131,7 @@ SHARED_FN GgxValue EvaluateGgx(float alpha, vec3 wo, vec3 wi) {
   return lobe;
 }
 
-// The same for an alpha along x and one along y.
+// EvaluateGgx for an anisotropic lobe: alpha.x along x, alpha.y along y.
 SHARED_FN GgxValue EvaluateGgxOf2(vec2 alpha, vec3 wo, vec3 wi) {
   float alpha2 = alpha.x * alpha.y;
   vec3 m = wo + wi;
@@ -156,7 +155,7 @@ SHARED_FN bool IsAnisotropic(SHARED_IN(Bsdf) bsdf) {
   return bsdf.layered != 0 && bsdf.tangent_alpha > 0.0f;
 }
 
-// Turns a direction about the normal to x along the tangent, and back.
+// Rotates a direction about the normal so that the tangent becomes the x axis, and back.
 SHARED_FN vec3 ToTangent(vec2 tangent, vec3 w) {
   return vec3(w.x * tangent.x + w.y * tangent.y, w.y * tangent.x - w.x * tangent.y, w.z);
 }
@@ -172,7 +171,7 @@ SHARED_FN GgxValue EvaluateSpecularLobe(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) 
   return EvaluateGgx(bsdf.specular_alpha, wo, wi);
 }
 
-// A visible microfacet normal of the specular lobe.
+// Samples a visible microfacet normal of the specular lobe.
 SHARED_FN vec3 SampleSpecularNormal(SHARED_IN(Bsdf) bsdf, vec3 wo, float u0, float u1) {
   if (IsAnisotropic(bsdf)) {
     return FromTangent(bsdf.tangent,
@@ -182,7 +181,7 @@ SHARED_FN vec3 SampleSpecularNormal(SHARED_IN(Bsdf) bsdf, vec3 wo, float u0, flo
   return SampleGgxVisible(wo, bsdf.specular_alpha, u0, u1);
 }
 
-// The alpha of an isotropic lobe as high as the specular one.
+// Alpha of the isotropic lobe with the same peak as the specular lobe.
 SHARED_FN float SpecularMeanAlpha(SHARED_IN(Bsdf) bsdf) {
   return IsAnisotropic(bsdf) ? sqrt(bsdf.tangent_alpha * bsdf.specular_alpha) : bsdf.specular_alpha;
 }
@@ -205,21 +204,21 @@ SHARED_FN vec3 SpecularFilm(SHARED_IN(Bsdf) bsdf, float cosine) {
 }
 
 // Fresnel term of the specular lobe.
-// \param cosine  of the viewer's direction with the microfacet normal; \param schlick  its weight
+// \param cosine  dot(wo, microfacet normal); \param schlick  Schlick's weight of that cosine
 SHARED_FN vec3 SpecularFresnel(SHARED_IN(Bsdf) bsdf, float cosine, float schlick) {
   vec3 fresnel = bsdf.specular_f0 * (1.0f - schlick) + vec3(bsdf.specular_f90 * schlick);
   return HasFilm(bsdf) ? mix(fresnel, SpecularFilm(bsdf, cosine), bsdf.film) : fresnel;
 }
 
-// Fresnel term of glass: `share` of the light is reflected, in this colour, whose largest component
-// is 1; the rest is transmitted, whatever its colour, so that what is seen through a film does not
-// take the complementary colour.
+// Fresnel term of glass: the reflectance is share * colour, where the largest component of `colour`
+// is 1. The transmittance is 1 - share in all channels, so that objects behind a film do not take
+// the complementary colour.
 struct GlassFresnel {
   float share;
   vec3 colour;
 };
 
-// Glass below a film reflects as much from the inside as it does for the same ray from the outside.
+// Reflectance of glass below a film: equal from both sides along the same refracted ray.
 SHARED_FN vec3 GlassFilm(SHARED_IN(Bsdf) bsdf, float cosine, float plain) {
   float c = min(cosine, 1.0f);
   float inside = 1.0f - (1.0f - c * c) / (bsdf.eta * bsdf.eta);
@@ -259,18 +258,18 @@ SHARED_FN BsdfValue EvaluateSpecular(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   return value;
 }
 
-// Fresnel term of the clear coat, by Schlick's weight.
+// Schlick Fresnel term of the clear coat.
 SHARED_FN float CoatFresnel(float schlick) {
   return kCoatF0 + (1.0f - kCoatF0) * schlick;
 }
 
-// The clear coat's frame in the local one, and a direction in it.
+// Transforms w from the local frame to the frame of the clear coat.
 SHARED_FN vec3 ToCoat(SHARED_IN(LocalFrame) coat, vec3 w) {
   vec3 local = ToLocal(coat, w);
   return vec3(local.x, local.y, max(local.z, kLeastCoatCosine));
 }
 
-// Adds the lobes of the layers that are not ideally smooth. wi.z is not 0.
+// Adds the values of those layer lobes that are not ideally smooth. wi.z must not be 0.
 SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
                               SHARED_INOUT(BsdfValue) value) {
   if (wi.z <= 0.0f) {
@@ -293,11 +292,11 @@ SHARED_FN void AddLayerValues(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi,
 // The rough glass lobe.
 struct GlassValue {
   vec3 value;
-  float density;  // if the Fresnel term leads every sample to this side
-  float share;    // the Fresnel term of this side
+  float density;  // PDF given that the sample is on this side
+  float share;    // reflectance or transmittance, depending on the side
 };
 
-// Rough thin sheet: the reflected lobe above, the same lobe flipped below.
+// Rough thin sheet: the transmission lobe is the reflection lobe mirrored at the surface.
 SHARED_FN GlassValue EvaluateSheet(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   vec3 up = vec3(wi.x, wi.y, abs(wi.z));
   vec3 h = normalize(wo + up);
@@ -330,7 +329,7 @@ SHARED_FN GlassValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   float lambda_o = GgxLambda(wo, bsdf.glass_alpha);
   float lambda_i = GgxLambda(wi, bsdf.glass_alpha);
   GlassFresnel fresnel = FresnelOfGlass(bsdf, cos_o);
-  float jacobian;  // solid angle of h over that of wi
+  float jacobian;  // d(solid angle of h) / d(solid angle of wi)
   vec3 colour = fresnel.colour;
   if (wi.z > 0.0f) {
     glass.share = fresnel.share;
@@ -348,17 +347,17 @@ SHARED_FN GlassValue EvaluateBoundary(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi) {
   return glass;
 }
 
-// Probability of the glass lobe in this part.
+// Selection probability of the glass lobe within this subset of the lobes.
 SHARED_FN float PickGlass(SHARED_IN(Bsdf) bsdf, int part) {
   return part == kReflectionOfGlass ? 1.0f : bsdf.pick_glass;
 }
 
-// Whether a sample of the glass lobe is reflected.
+// Whether a sample of the glass lobe is a reflection.
 SHARED_FN bool Reflects(float u, float share, int part) {
   return part == kAllLobes ? u < share : part == kReflectionOfGlass;
 }
 
-// Adds the rough glass lobe to those of this part.
+// Adds the rough glass lobe to the values of this subset of the lobes.
 SHARED_FN void AddGlassValue(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 wi, int part,
                              SHARED_INOUT(BsdfValue) value) {
   if (part != kAllLobes && (wi.z > 0.0f) != (part == kReflectionOfGlass)) {
@@ -406,7 +405,7 @@ SHARED_FN vec3 SampleCosine(float u0, float u1) {
   return vec3(r * turn.x, r * turn.y, sqrt(max(1.0f - u0, 1e-12f)));
 }
 
-// The ideally smooth glass lobe. `u` selects reflection or transmission.
+// Samples the ideally smooth glass lobe. `u` selects reflection or transmission.
 SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u, int part) {
   BsdfSample result;
   result.diffuse = vec3(0.0f);
@@ -434,9 +433,9 @@ SHARED_FN BsdfSample SampleSmoothGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, float u, i
   return result;
 }
 
-// The direction of light scattered by the rough glass lobe at the microfacet normal h; z of either
-// sign. Zero if the microfacet scatters it through the surface in the wrong direction: that light
-// is lost, and the energy compensation accounts for it.
+// Direction scattered by the rough glass lobe at the microfacet normal h; z of either sign. Zero if
+// the scattered direction is on the wrong side of the surface: energy compensation accounts for
+// that loss.
 SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u, int part) {
   float cos_o = dot(wo, h);
   vec3 reflected = 2.0f * cos_o * h - wo;
@@ -448,13 +447,13 @@ SHARED_FN vec3 SampleRoughGlass(SHARED_IN(Bsdf) bsdf, vec3 wo, vec3 h, float u, 
   if (reflects) {
     return reflected.z > 0.0f ? reflected : vec3(0.0f);
   }
-  // Samples of a part may be transmitted where all light is reflected.
+  // A subset without reflection samples transmission even under total internal reflection.
   bool total = 1.0f - cos_o * cos_o >= bsdf.eta * bsdf.eta;
   vec3 refracted = RefractAbout(wo, h, bsdf.eta);
   return refracted.z < 0.0f && !total ? refracted : vec3(0.0f);
 }
 
-// The ideally smooth specular lobe.
+// Samples the ideally smooth specular lobe.
 SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   BsdfSample result;
   vec3 fresnel = SpecularFresnel(bsdf, wo.z, SchlickWeight(wo.z));
@@ -466,7 +465,7 @@ SHARED_FN BsdfSample SampleMirror(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   return result;
 }
 
-// The ideally smooth clear coat.
+// Samples the ideally smooth clear coat.
 SHARED_FN BsdfSample SampleSmoothCoat(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   BsdfSample result;
   float cosine = dot(wo, bsdf.coat_normal);
@@ -478,7 +477,7 @@ SHARED_FN BsdfSample SampleSmoothCoat(SHARED_IN(Bsdf) bsdf, vec3 wo) {
   return result;
 }
 
-// Samples a direction uniformly over the hemisphere: sheen is broad, and its values are bounded.
+// Samples the hemisphere uniformly; sufficient for sheen, whose lobe is broad and bounded.
 SHARED_FN vec3 SampleHemisphere(float u0, float u1) {
   float z = max(1.0f - u0, 1e-6f);
   vec2 turn = CosSinOfTurn(u1);
@@ -486,7 +485,7 @@ SHARED_FN vec3 SampleHemisphere(float u0, float u1) {
   return vec3(r * turn.x, r * turn.y, z);
 }
 
-// The rough clear coat; zero: the direction is below the surface.
+// Samples the rough clear coat; zero if the direction is below the surface.
 SHARED_FN vec3 SampleRoughCoat(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   LocalFrame frame = MakeLocalFrame(bsdf.coat_normal);
   vec3 local = ToCoat(frame, wo);
@@ -496,8 +495,8 @@ SHARED_FN vec3 SampleRoughCoat(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u) {
   return min(in_coat.z, wi.z) > 0.0f ? wi : vec3(0.0f);
 }
 
-// Samples a direction from the lobes of the layers that are not ideally smooth; zero: none.
-// \param past  u.z beyond the probabilities of the other lobes
+// Samples a direction from the layer lobes that are not ideally smooth; zero if sampling fails.
+// \param past  u.z minus the selection probabilities of the other lobes
 SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, float past) {
   if (bsdf.pick_coat > 0.0f && past >= bsdf.pick_through + bsdf.pick_sheen) {
     return SampleRoughCoat(bsdf, wo, u);
@@ -508,7 +507,7 @@ SHARED_FN vec3 SampleLayers(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, float past) {
   return bsdf.pick_through > 0.0f ? -SampleCosine(u.x, u.y) : vec3(0.0f);
 }
 
-// Samples a direction. u: (u.x, u.y) the direction, u.z the lobe, u.w reflection or transmission.
+// Samples the BSDF. (u.x, u.y) select the direction, u.z the lobe, u.w reflection or transmission.
 // \param part  kAllLobes, ...
 SHARED_FN BsdfSample SampleBsdf(SHARED_IN(Bsdf) bsdf, vec3 wo, vec4 u, int part) {
   BsdfSample result;

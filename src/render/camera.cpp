@@ -23,7 +23,7 @@ vec3 CameraView::Direction(vec2 pixel) const {
 }
 
 vec2 CameraView::Project(vec3 offset) const {
-  constexpr float kNearest = 1e-20f;  // prevents division by zero in the camera plane
+  constexpr float kNearest = 1e-20f;  // prevents division by zero for points in the camera plane
   const float depth = dot(offset, forward);
   const float safe = std::copysign(max(std::abs(depth), kNearest), depth);
   const float x = dot(offset, right) / (safe * half_width) + shift.x / half_width;

@@ -1,15 +1,16 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Where the image at the end of a chain was in the previous frame: Newton's method on the pixel
-// whose ray, along the same surfaces where they stood then, reaches the chain's end.
+// Previous-frame pixel of the virtual image at the end of a specular chain: Newton's method finds
+// the pixel whose ray, specularly reflected and refracted by the chain's surfaces at their previous
+// positions, reaches the chain's end.
 //
-// The chain is an argument in C++, CHAIN_IN. GLSL copies arrays that are arguments: there, the
-// including shader first declares
+// In C++ the chain is an argument, CHAIN_IN. In GLSL, which copies array arguments, the including
+// shader first declares
 //   struct GpuView                       with vec3 DirectionOf(GpuView, vec2)
 //                                        and vec2 Project(GpuView, vec3)
 //   int ChainCount()                     the number of vertices
-//   ChainVertex ChainVertexAt(int i)     the i-th of them, in the previous frame
+//   ChainVertex ChainVertexAt(int i)     the i-th vertex in the previous frame
 #ifndef STILLRAY_RENDER_CHAIN_SEARCH_SHARED_H
 #define STILLRAY_RENDER_CHAIN_SEARCH_SHARED_H
 
@@ -48,13 +49,13 @@ inline vec2 Project(const CameraView& view, vec3 offset) {
 #define CHAIN_VIEW GpuView
 #endif
 
-// The end of a chain in the previous frame: a point, or a direction to the sky.
+// The end of a chain in the previous frame: a point, or a direction if the chain leaves the scene.
 struct ChainEnd {
   vec3 point;  // or direction
   int is_sky;
 };
 
-// The ray of a pixel behind the chain's last vertex.
+// The primary ray of a pixel, traced along the chain to behind its last vertex.
 SHARED_FN ChainRay ShootAlongChain(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, vec2 pixel) {
   ChainRay ray;
   ray.origin = view.position;
@@ -65,7 +66,7 @@ SHARED_FN ChainRay ShootAlongChain(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, vec2 pix
   return ray;
 }
 
-// How far a ray passes the chain's end, in the plane of two axes.
+// Offset of the chain's end from the ray, in the plane of two axes.
 SHARED_FN vec2 MissOfRay(SHARED_IN(ChainRay) ray, SHARED_IN(ChainEnd) end,
                          SHARED_IN(LocalFrame) axes) {
   vec3 wanted = end.is_sky != 0 ? end.point : end.point - ray.origin;
@@ -73,13 +74,13 @@ SHARED_FN vec2 MissOfRay(SHARED_IN(ChainRay) ray, SHARED_IN(ChainEnd) end,
   return vec2(dot(miss, axes.x), dot(miss, axes.y));
 }
 
-// The change of the miss per pixel.
+// Derivative of the offset (MissOfRay) with respect to the pixel.
 struct MissSlope {
   vec2 by_x;
   vec2 by_y;
 };
 
-// The step to where a linear miss would be zero.
+// Newton step: the root of the linearised offset.
 SHARED_FN vec2 StepOfMiss(SHARED_IN(MissSlope) slope, vec2 miss) {
   float determinant = slope.by_x.x * slope.by_y.y - slope.by_x.y * slope.by_y.x;
   return vec2(slope.by_y.x * miss.y - slope.by_y.y * miss.x,
@@ -87,16 +88,16 @@ SHARED_FN vec2 StepOfMiss(SHARED_IN(MissSlope) slope, vec2 miss) {
          determinant;
 }
 
-// Exact for planar mirrors. Returns whether the place was found.
-// \param view   of the previous frame
-// \param place  [out] the pixel
+// Exact for planar mirrors. Returns whether the iteration converged.
+// \param view   camera of the previous frame
+// \param place  [out] the pixel position
 SHARED_FN bool FindPreviousPlace(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(ChainEnd) end,
                                  SHARED_INOUT(vec2) place) {
   const int kIterations = 10;
   const float kConverged = 0.002f;  // pixels
   const float kAccepted = 0.1f;
-  const float kSlow = 0.25f;   // steps that shrink less need the slope at their place
-  const float kOffset = 0.5f;  // pixels, for the slope
+  const float kSlow = 0.25f;   // steps that shrink less need a new derivative
+  const float kOffset = 0.5f;  // finite difference in pixels
   int count = ChainCount(CHAIN_ALONE);
   vec3 first = end.is_sky != 0 ? end.point : end.point - view.position;
   if (count > 0) {
@@ -111,7 +112,7 @@ SHARED_FN bool FindPreviousPlace(CHAIN_IN SHARED_IN(CHAIN_VIEW) view, SHARED_IN(
   MissSlope slope;
   slope.by_x = slope.by_y = vec2(0.0f);
   float change = count > 0 ? kInfinity : 0.0f;
-  int shots = 3;  // at the place, and for the slope beside it
+  int shots = 3;  // rays per iteration: the pixel and its two finite differences
   for (int i = 0; i < kIterations && change > kConverged; ++i) {
     for (int k = 0; k < shots; ++k) {
       vec2 beside = vec2(k == 1 ? kOffset : 0.0f, k == 2 ? kOffset : 0.0f);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Renderers with another Accel, for benchmarks.
+/// Renderers with a replaced or wrapped Accel, for benchmarks.
 #pragma once
 
 #include <functional>
@@ -12,11 +12,12 @@
 
 namespace stillray::render {
 
-/// Returns the Accel to trace with in place of the given one.
+/// Returns the Accel that replaces the given one.
 using WrapAccel = std::function<std::unique_ptr<Accel>(std::unique_ptr<Accel>)>;
 
-/// Renderer::Create with a given Accel.
-/// \param wrap_accel  called once, with the scene's Accel; empty: the renderer uses that one
+/// Renderer::Create with a replaced Accel.
+/// \param wrap_accel  called once, with the scene's Accel; if empty, the renderer uses the scene's
+///     Accel
 Result<std::unique_ptr<Renderer>> CreateRenderer(const Scene& scene, const RenderSettings& settings,
                                                  const WrapAccel& wrap_accel = {},
                                                  const KeepGoing& keep_going = {});

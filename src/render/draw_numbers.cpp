@@ -101,7 +101,7 @@ HWY_INLINE void StorePoints(VU index, VU set_seed, int i, NumberBatch* numbers) 
   }
 }
 
-/// Arrays end on whole vectors: lanes behind the last path are computed, but not used.
+/// Arrays are padded to whole vectors: lanes behind the last path are computed, but not used.
 void DrawSobol(const SamplerBatch& samplers, uint32_t offset, NumberBatch* numbers) {
   const DU d;
   for (int i = 0; i < samplers.count; i += static_cast<int>(hn::Lanes(d))) {

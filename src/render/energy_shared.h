@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Look-ups in the energy tables of rough lobes.
+// Lookups in the directional albedo tables of rough lobes.
 #ifndef STILLRAY_RENDER_ENERGY_SHARED_H
 #define STILLRAY_RENDER_ENERGY_SHARED_H
 
@@ -23,14 +23,14 @@ const int kEnergyTableSize = 32;
 // The smallest roughness of the tables; smoother lobes are treated as ideally smooth.
 const float kEnergyLeastRoughness = 0.03f;
 
-// The first of the four entries to interpolate, and the fractions along the row and the column.
+// Bilinear interpolation: the first of the four entries, and the fractions along row and column.
 struct EnergyPlace {
   int first;
   float x;
   float y;
 };
 
-// Columns are the square roots of cosines: denser towards grazing angles.
+// Columns are spaced by the square root of the cosine: denser towards grazing angles.
 SHARED_FN EnergyPlace FindEnergy(float cosine, float roughness) {
   float last = float(kEnergyTableSize - 1);
   float x = sqrt(clamp(cosine, 0.0f, 1.0f)) * last;
@@ -46,8 +46,8 @@ SHARED_FN EnergyPlace FindEnergy(float cosine, float roughness) {
   return place;
 }
 
-// The table of anisotropic lobes: entries by the cosine with the normal, the direction around it,
-// the roughness across the tangent, and the strength of the anisotropy.
+// The table of anisotropic lobes has four dimensions: cosine with the normal, azimuth, roughness
+// across the tangent, and strength of the anisotropy.
 const int kAnisotropicCosines = 16;
 const int kAnisotropicTurns = 6;
 const int kAnisotropicRoughnesses = 12;
@@ -55,17 +55,17 @@ const int kAnisotropicStrengths = 12;
 const int kAnisotropicEntries =
     kAnisotropicCosines * kAnisotropicTurns * kAnisotropicRoughnesses * kAnisotropicStrengths;
 
-// The first of the sixteen entries to interpolate, and the fractions by cosine, direction,
-// roughness and strength.
+// The first of the sixteen entries to interpolate, and the fractions by cosine, azimuth, roughness
+// and strength.
 struct AnisotropicPlace {
   int first;
   vec4 part;
 };
 
-// The directions are spaced evenly by the roughness that a ray meets, of which the reflected light
-// is a smooth function: 0 is across the tangent, 1 along it.
-// \param w      towards the viewer; x along the tangent
-// \param alpha  along the tangent, and across; not below that
+// Azimuths are spaced evenly in the projected roughness, of which the reflectance is a smooth
+// function: 0 is across the tangent, 1 along it.
+// \param w      direction to the viewer; x along the tangent
+// \param alpha  x along the tangent, y across; x >= y
 SHARED_FN AnisotropicPlace FindAnisotropicEnergy(vec3 w, vec2 alpha) {
   float sine2 = max(w.x * w.x + w.y * w.y, 1e-12f);
   float x = alpha.x * w.x;
@@ -91,7 +91,7 @@ SHARED_FN AnisotropicPlace FindAnisotropicEnergy(vec3 w, vec2 alpha) {
   return place;
 }
 
-// The entry and the weight of a corner, 0 to 15: its bits are the steps by cosine, direction,
+// Index and weight of interpolation corner 0 to 15: its bits are the steps by cosine, azimuth,
 // roughness and strength.
 SHARED_FN int AnisotropicEntry(SHARED_IN(AnisotropicPlace) place, int corner) {
   int row = kAnisotropicCosines;

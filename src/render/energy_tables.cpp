@@ -16,11 +16,11 @@
 namespace stillray::render {
 namespace {
 
-/// Points of a Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
-/// variable: there is a kink at the onset of total reflection, where a regular grid with as many
-/// points is off by two percent.
+/// Size of the Hammersley set over half of the azimuth (the lobe is symmetric) and the polar
+/// variable. The integrand has a kink at the critical angle, where a regular grid of equal size has
+/// an error of two percent.
 constexpr int kPointCount = 1024;
-/// Grazing rows are evaluated just above the horizon, where everything is defined.
+/// Cosine at which grazing rows are evaluated: just above the horizon, where all terms are defined.
 constexpr float kMinCosine = 1e-3f;
 
 /// The second coordinate of point i, shifted to the middle of its interval.
@@ -32,7 +32,7 @@ vec3 DirectionWithCosine(float cosine) {
   return {std::sqrt(1.0f - cosine * cosine), 0.0f, cosine};
 }
 
-/// Calls add(h, cos(wo, h)) for microfacet normals distributed evenly over the sampled square.
+/// Calls add(h, cos(wo, h)) for visible microfacet normals of evenly distributed random numbers.
 template <typename Add>
 void ForEachMicrofacet(vec3 wo, float alpha, const Add& add) {
   for (uint32_t i = 0; i < kPointCount; ++i) {
@@ -98,7 +98,7 @@ AnisotropicCase CaseOfEntry(int entry) {
   const float along = glm::mix(across, 1.0f, strength * strength);
   const float cosine = std::max(x * x, kMinCosine);
   const float sine = std::sqrt(1.0f - cosine * cosine);
-  // The share of the squared sine along the tangent: met^2 = along^2 c + across^2 (1 - c).
+  // c is the fraction of the squared sine along the tangent: met^2 = along^2 c + across^2 (1 - c).
   const float met = across + turn * (along - across);
   const float c =
       along > across
@@ -107,7 +107,8 @@ AnisotropicCase CaseOfEntry(int entry) {
   return {{sine * std::sqrt(c), sine * std::sqrt(1.0f - c), cosine}, {along, across}};
 }
 
-/// Both albedos of a lobe, over the whole azimuth: it is not symmetric.
+/// Integrates scale and offset of an anisotropic lobe over the whole azimuth, since it is not
+/// symmetric.
 SchlickShare IntegrateAnisotropic(const AnisotropicCase& at) {
   constexpr int kPoints = 512;
   const float lambda_o = GgxLambdaOf2(at.wo, at.alpha);
@@ -172,7 +173,7 @@ void AddBoundary(vec3 wo, vec3 h, float cosine, float alpha, float lambda_o, flo
 }  // namespace
 
 float EnergyTable::CosineAt(int i) {
-  // Denser towards grazing angles, where the functions vary most.
+  // Denser towards grazing angles, where the albedos vary most.
   const float x = static_cast<float>(i) / (kSize - 1);
   return std::max(x * x, kMinCosine);
 }
@@ -190,7 +191,7 @@ EnergyTable::Place EnergyTable::Find(float cosine, float roughness) {
 }
 
 const SpecularEnergy& SpecularEnergyTables() {
-  // Isolated: while this thread waits, it must not run a task that calls this function.
+  // Isolated: a thread that waits here must not run a task that calls this function.
   static const SpecularEnergy kTables =
       tbb::this_task_arena::isolate([] { return MakeSpecularEnergy(); });
   return kTables;

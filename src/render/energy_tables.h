@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Total reflectance and transmittance of the rough lobes, by direction and roughness: integrated
-/// numerically at start-up, deterministically.
+/// Directional albedo of the rough lobes for reflection and transmission, by direction and
+/// roughness: integrated numerically at start-up, deterministically.
 #pragma once
 
 #include <array>
@@ -17,9 +17,9 @@ class EnergyTable {
  public:
   static constexpr int kSize = 32;
 
-  /// A position in the tables, the same for all of them.
+  /// An interpolation position, valid for all tables.
   struct Place {
-    int first;  // of the four entries
+    int first;  // index of the first of the four entries
     float x, y;
   };
   /// \param cosine, roughness  0..1, clamped
@@ -41,31 +41,31 @@ class EnergyTable {
   std::array<float, static_cast<size_t>(kSize* kSize)> values_{};
 };
 
-/// Single-scattering GGX reflection with F = f0 (1 - s) + f90 s, s Schlick's weight, reflects f0 *
-/// scale + f90 * offset; with a white Fresnel term scale + offset.
+/// Directional albedo of single-scattering GGX reflection: f0 * scale + f90 * offset with the
+/// Fresnel term F = f0 (1 - s) + f90 s, s Schlick's weight; scale + offset with F = 1.
 struct SpecularEnergy {
   EnergyTable scale;
   EnergyTable offset;
 };
 
-/// The same for boundaries between dielectrics, before energy compensation.
+/// Directional albedo of rough boundaries between dielectrics, before energy compensation.
 struct GlassEnergy {
   EnergyTable enter_reflected;  ///< from outside
   EnergyTable enter_total;
   EnergyTable leave_reflected;  ///< from inside
   EnergyTable leave_total;
-  EnergyTable sheet_reflected;  ///< thin sheet; its total is scale + offset of SpecularEnergy
+  EnergyTable sheet_reflected;  ///< thin sheet; total: scale + offset of SpecularEnergy
 };
 
-/// SpecularEnergy of anisotropic lobes, by FindAnisotropicEnergy. Off by less than 0.02 where the
-/// viewer's cosine is above 0.03, by 0.001 on average.
+/// SpecularEnergy of anisotropic lobes, by FindAnisotropicEnergy. Absolute error below 0.02 where
+/// the viewer's cosine is above 0.03, 0.001 on average.
 class AnisotropicEnergy {
  public:
   static constexpr size_t kEntries = kAnisotropicEntries;
 
   AnisotropicEnergy();
-  /// \param w      towards the viewer; x along the tangent
-  /// \param alpha  along the tangent, and across; not below that
+  /// \param w      direction to the viewer; x along the tangent
+  /// \param alpha  x along the tangent, y across; x >= y
   SchlickShare Lookup(vec3 w, vec2 alpha) const;
 
   const std::array<float, kEntries>& scale() const { return scale_; }
@@ -85,7 +85,7 @@ struct SheenEnergy {
 const SpecularEnergy& SpecularEnergyTables();
 /// Computed at the first call (some 30 milliseconds), thread-safe.
 const SheenEnergy& SheenEnergyTable();
-/// Computed at the first call (some 300 milliseconds of all threads together), thread-safe.
+/// Computed at the first call (some 300 milliseconds of CPU time over all threads), thread-safe.
 const AnisotropicEnergy& AnisotropicEnergyTables();
 /// \param ior  >= 1
 GlassEnergy MakeGlassEnergy(float ior);

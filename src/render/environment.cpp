@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-/// Mean over a texel of the bilinearly interpolated map: positive wherever there is any light.
+/// Mean of the bilinearly interpolated map over a texel: positive wherever the map is not black.
 vec3 MeanOverTexel(const EnvironmentArrays& environment, int x, int y) {
   constexpr float kWeight[3] = {0.125f, 0.75f, 0.125f};
   vec3 sum(0.0f);

@@ -19,7 +19,7 @@ class EnvironmentLight {
   EnvironmentLight& operator=(const EnvironmentLight&) = delete;
 
   const EnvironmentArrays& arrays() const { return arrays_; }
-  /// The sums of arrays(): rows, then the columns of each row.
+  /// The cumulative sums of arrays(): rows, then the columns of each row.
   const std::vector<float>& sums() const { return sums_; }
 
   /// The environment emits no light.

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Light from infinitely far away, and importance sampling of it.
+// The environment light, at infinite distance, and its importance sampling.
 //
-// The environment is an argument in C++, ENVIRONMENT_IN. GLSL cannot pass arrays: there, the
+// In C++ the environment is an argument, ENVIRONMENT_IN. In GLSL, which cannot pass it, the
 // including shader first declares a variable `environment` of EnvironmentShape, and
 //   float EnvironmentSum(int i)            the i-th of the cumulative sums
 //   vec3 EnvironmentTexel(int x, int y)    a texel of the map
@@ -42,10 +42,10 @@ inline vec3 EnvironmentTexel(const EnvironmentArrays& environment, int x, int y)
 struct EnvironmentSample {
   vec3 direction;
   vec3 radiance;
-  float density;  // per solid angle; 0: invalid
+  float density;  // PDF per solid angle; 0: invalid
 };
 
-// Position of a direction in the map: x in 0..width, y in 0..height.
+// Texel coordinates of a direction in the environment map: x in 0..width, y in 0..height.
 SHARED_FN vec2 EnvironmentPlace(ENVIRONMENT_IN vec3 direction) {
   float u = 0.5f + ArcTangent(direction.x, -direction.z) * (0.5f * kInvPi);
   float v = ArcCosine(clamp(direction.y, -1.0f, 1.0f)) * kInvPi;
@@ -59,7 +59,7 @@ SHARED_FN vec3 FetchEnvironment(ENVIRONMENT_IN int x, int y) {
   return EnvironmentTexel(ENVIRONMENT wrapped, clamp(y, 0, environment.height - 1));
 }
 
-// The radiance of a place in the map.
+// Bilinearly filtered radiance at texel coordinates.
 SHARED_FN vec3 RadianceOfPlace(ENVIRONMENT_IN vec2 at) {
   float left = floor(at.x - 0.5f);
   float top = floor(at.y - 0.5f);
@@ -85,9 +85,9 @@ SHARED_FN int FirstColumnSum(ENVIRONMENT_IN int row) {
   return environment.height + 1 + row * (environment.width + 1);
 }
 
-// The interval of the sums from `first` on (count + 1 values) that contains u.
+// Index of the interval that contains u, in the sums from `first` on (count + 1 values).
 SHARED_FN int FindInterval(ENVIRONMENT_IN int first, int count, float u) {
-  // Without branches, which would be predicted wrongly half of the time.
+  // Branch-free: branches would be mispredicted half of the time.
   int low = 0;
   while (count > 1) {
     int half_count = count / 2;
@@ -104,8 +104,8 @@ SHARED_FN float PlaceInInterval(ENVIRONMENT_IN int first, int interval, float u)
   return width > 0.0f ? clamp((u - below) / width, 0.0f, kBelowOne) : 0.5f;
 }
 
-// Density with which SampleEnvironment samples a direction in texel (x, y).
-// \param sine  of the direction's angle with the vertical
+// PDF of SampleEnvironment for a direction in texel (x, y).
+// \param sine  sine of the angle between direction and vertical axis
 SHARED_FN float DensityOfTexel(ENVIRONMENT_IN int x, int y, float sine) {
   int column = FirstColumnSum(ENVIRONMENT y) + x;
   float in_square = (EnvironmentSum(ENVIRONMENT column + 1) - EnvironmentSum(ENVIRONMENT column)) *
@@ -115,7 +115,7 @@ SHARED_FN float DensityOfTexel(ENVIRONMENT_IN int x, int y, float sine) {
   return sine > 0.0f ? in_square / (2.0f * kPi * kPi * sine) : 0.0f;
 }
 
-// Density of SampleEnvironment.
+// PDF of SampleEnvironment.
 SHARED_FN float EnvironmentDensity(ENVIRONMENT_IN vec3 normal, vec3 direction) {
   if (environment.width == 0) {
     return max(dot(normal, direction), 0.0f) * kInvPi;

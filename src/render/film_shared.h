@@ -5,9 +5,9 @@
 // Extension to Microfacet Theory for the Modeling of Varying Iridescence"), as
 // KHR_materials_iridescence simplifies it: unpolarised, in colours instead of wavelengths.
 // Departures from the extension's text: the outer face has the exact Fresnel reflectance, and
-// interference is scaled to be without colour at thickness 0, so that a film with the refractive
-// index of air, or of no thickness, shows the plain base; and no colour is reflected by more
-// than 1.
+// interference is scaled to be colourless at thickness 0, so that a film with the refractive index
+// of air, or without thickness, has the reflectance of the base; and the reflectance of each colour
+// channel is at most 1.
 #ifndef STILLRAY_RENDER_FILM_SHARED_H
 #define STILLRAY_RENDER_FILM_SHARED_H
 
@@ -17,21 +17,21 @@
 
 STILLRAY_RENDER_BEGIN
 
-// A film seen at one angle from the air: what does not depend on the base below.
+// The terms of a film's reflectance at one viewing angle that do not depend on the base below.
 struct FilmView {
   float ior;
   float outer;     // reflectance of the outer face
-  float cosine;    // in the film
+  float cosine;    // cosine of the refracted ray inside the film
   vec3 spread[2];  // FilmSpread of one and of two passes through the film
 };
 
-// A colour of light whose wavelengths have run through the optical path difference `path`, in nm:
-// the mean of cos(2 pi path / wavelength) over linear sRGB's colour matching functions, which are
-// the Gaussians of the paper's supplemental code. 1 at 0.
+// Interference term per colour channel for the optical path difference `path` in nm: the mean of
+// cos(2 pi path / wavelength) over linear sRGB's colour matching functions, which are the Gaussians
+// of the paper's supplemental code. 1 at 0.
 SHARED_FN vec3 FilmSpread(float path) {
   float phase = 2.0f * kPi * 1e-9f * path;
   float phase2 = phase * phase;
-  // Amplitudes sum to CIE X, Y, Z of a spectrum that is 1 everywhere; X has two lobes.
+  // The amplitudes sum to CIE X, Y, Z of a constant spectrum of 1; X has two lobes.
   float x = 0.846590f * cos(1.6810e6f * phase) * exp(-4.3278e9f * phase2) +
             0.153868f * cos(2.2399e6f * phase) * exp(-4.5282e9f * phase2);
   float y = 1.000222f * cos(1.7953e6f * phase) * exp(-9.3046e9f * phase2);
@@ -39,13 +39,13 @@ SHARED_FN vec3 FilmSpread(float path) {
   vec3 rgb = vec3(3.2404542f * x - 1.5371385f * y - 0.4985314f * z,
                   -0.9692660f * x + 1.8760108f * y + 0.0415560f * z,
                   0.0556434f * x - 0.2040259f * y + 1.0572252f * z);
-  // That spectrum is not sRGB's white.
+  // White point of the constant spectrum, which differs from sRGB's.
   const vec3 kWhite = vec3(1.205369f, 0.948319f, 0.910010f);
   return rgb / kWhite;
 }
 
-// \param cosine     of the viewer's direction with the microfacet normal, in air
-// \param ior        of the film, at least 1
+// \param cosine     dot(wo, microfacet normal), in air
+// \param ior        refractive index of the film, at least 1
 // \param thickness  nm
 SHARED_FN FilmView ViewFilm(float cosine, float ior, float thickness) {
   FilmView film;
@@ -58,20 +58,20 @@ SHARED_FN FilmView ViewFilm(float cosine, float ior, float thickness) {
   return film;
 }
 
-// One colour of FilmReflectance: the series of the light that is reflected below m times, up to 2.
+// One colour channel of FilmReflectance: the series over m internal reflections, m <= 2.
 // \param f0  reflectance of the base in air at normal incidence
 SHARED_FN float FilmChannel(SHARED_IN(FilmView) film, float f0, float once, float twice) {
-  float root = sqrt(clamp(f0, 0.0f, 0.9999f));  // 1 has no refractive index
+  float root = sqrt(clamp(f0, 0.0f, 0.9999f));  // no refractive index has f0 = 1
   float ior = (1.0f + root) / (1.0f - root);
   float r = (ior - film.ior) / (ior + film.ior);
   float inner_f0 = r * r;
-  // Two media alike have no boundary at grazing incidence either.
+  // Media of equal refractive index have no boundary at grazing incidence either.
   float s = SchlickWeight(film.cosine);
   float inner = inner_f0 * (1.0f - s) + min(50.0f * inner_f0, 1.0f) * s;
   float through = 1.0f - film.outer;
-  float around = film.outer * inner;  // a ray's share after one more round in the film
+  float around = film.outer * inner;  // attenuation per round trip in the film
   float below = through * through * inner / max(1.0f - around, 1e-6f);
-  // Light is reversed where it is reflected by the denser medium.
+  // Reflection by the denser medium shifts the phase by pi.
   float amplitude = (r > 0.0f ? -1.0f : 1.0f) * sqrt(around);
   float order = 2.0f * (below - through) * amplitude;
   return clamp(film.outer + below + order * (once + amplitude * twice), 0.0f, 1.0f);

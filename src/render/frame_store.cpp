@@ -14,7 +14,7 @@ bool SeparatesTransmission(const Frame& frame) {
   return frame.signals.size() > kTracedSignalCount;
 }
 
-/// Calls body(plane) for the planes of light that are zero where no path was traced.
+/// Calls body(plane) for the radiance planes, which are zero in pixels without a path.
 template <typename F, typename Body>
 void ForEachLightPlane(F& frame, const Body& body) {
   for (auto& signal : frame.signals) {
@@ -24,7 +24,7 @@ void ForEachLightPlane(F& frame, const Body& body) {
   }
 }
 
-/// The same for guides, emission and background.
+/// Calls body(plane) for the planes of guides, emission and background.
 template <typename F, typename Body>
 void ForEachGuidePlane(F& frame, const Body& body) {
   auto& guides = frame.guides;
@@ -65,7 +65,7 @@ void ClearAll(const Tile& region, bool with_guides, Frame* frame) {
   }
 }
 
-/// Kinds of values that are zero in many pixels: bits 0 to 5 are the signals.
+/// Bits of the values that are zero in many pixels; bits 0 to 5 are the signals.
 constexpr uint32_t kEmissionBit = 1u << 6;
 constexpr uint32_t kBackgroundBit = 1u << 7;
 constexpr uint32_t kMotionBit = 1u << 8;
@@ -74,8 +74,7 @@ constexpr uint32_t kSpecularAlbedoBit = 1u << 10;
 constexpr uint32_t kGuideBits = 1u << 11;  // depth, normal, id, roughness
 static_assert(kMostTracedSignals <= 6);
 
-/// Stores the value unless it is zero, which the pixel already is. Returns the bit if it was
-/// stored.
+/// Stores the value in a cleared pixel unless it is zero. Returns `bit` if it was stored, else 0.
 uint32_t StoreUnlessZero(Image3* image, int x, int y, vec3 value, uint32_t bit) {
   if (value == vec3(0.0f)) {
     return 0;

@@ -11,7 +11,7 @@
 
 STILLRAY_RENDER_BEGIN
 
-// A rotation whose third axis is a given normal.
+// An orthonormal frame whose z axis is a given normal.
 struct LocalFrame {
   vec3 x;
   vec3 y;
@@ -54,9 +54,9 @@ SHARED_FN float OffsetCoordinate(float position, float normal) {
   return intBitsToFloat(floatBitsToInt(position) + (position < 0.0f ? -steps : steps));
 }
 
-// Offsets p to the side of n, far enough that a ray from there does not hit the surface again: some
-// units in the last place, or a small distance near the origin. Waechter and Binder (2019), "A Fast
-// and Robust Method for Avoiding Self-Intersection".
+// Offsets p to the side of n, far enough that a ray from the offset point does not hit the surface
+// again: some units in the last place, or a small distance near the origin. Waechter and Binder
+// (2019), "A Fast and Robust Method for Avoiding Self-Intersection".
 SHARED_FN vec3 OffsetPoint(vec3 p, vec3 n) {
   return vec3(OffsetCoordinate(p.x, n.x), OffsetCoordinate(p.y, n.y), OffsetCoordinate(p.z, n.z));
 }

@@ -14,8 +14,8 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Largest GGX alpha that is treated as ideally smooth: below, a float cannot resolve the lobe, and
-// no pixel shows a difference from a mirror.
+// Largest GGX alpha that is treated as ideally smooth: a float cannot resolve narrower lobes, and
+// no pixel differs from that of a mirror.
 const float kSmoothAlpha = 1e-3f;
 
 // GGX alpha of a perceptual roughness.
@@ -24,8 +24,8 @@ SHARED_FN float AlphaOfRoughness(float roughness) {
   return alpha <= kSmoothAlpha ? 0.0f : alpha;
 }
 
-// Density of microfacet normals h, per solid angle and projected area. sin^2 is computed from x and
-// y: 1 - z^2 would cancel for narrow lobes.
+// Distribution of microfacet normals D(h). sin^2 is computed from x and y: 1 - z^2 suffers
+// cancellation for narrow lobes.
 SHARED_FN float GgxDensity(vec3 h, float alpha) {
   float alpha2 = alpha * alpha;
   float d = h.x * h.x + h.y * h.y + alpha2 * h.z * h.z;
@@ -38,8 +38,8 @@ SHARED_FN float GgxLambda(vec3 w, float alpha) {
   return 0.5f * (sqrt(1.0f + alpha * alpha * tan2) - 1.0f);
 }
 
-// Samples a microfacet normal visible from wo, with density GgxVisibleDensity. u in [0,1)^2. Dupuy
-// and Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
+// Samples a microfacet normal visible from wo, with PDF GgxVisibleDensity. u in [0,1)^2. Dupuy and
+// Benyoub (2023), "Sampling Visible GGX Normals with Spherical Caps".
 SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   vec3 w = normalize(vec3(alpha * wo.x, alpha * wo.y, wo.z));
   vec2 turn = CosSinOfTurn(u0);
@@ -49,7 +49,7 @@ SHARED_FN vec3 SampleGgxVisible(vec3 wo, float alpha, float u0, float u1) {
   return normalize(vec3(alpha * h.x, alpha * h.y, max(h.z, 1e-7f)));
 }
 
-// The same for an alpha along x and one along y.
+// GgxLambda for an anisotropic surface: alpha.x along x, alpha.y along y.
 SHARED_FN float GgxLambdaOf2(vec3 w, vec2 alpha) {
   float x = alpha.x * w.x;
   float y = alpha.y * w.y;
@@ -66,9 +66,9 @@ SHARED_FN vec3 SampleGgxVisibleOf2(vec3 wo, vec2 alpha, float u0, float u1) {
 }
 
 // Alphas along the tangent and across of KHR_materials_anisotropy.
-// \param alpha  of the isotropic surface; 0 = ideally smooth
-// \param least  minimum of both
-// \return both the same where the reflection is as narrow as that of an ideally smooth surface
+// \param alpha  alpha of the isotropic surface; 0 = ideally smooth
+// \param least  minimum of both alphas
+// \return two equal alphas if the lobe is as narrow as that of an ideally smooth surface
 SHARED_FN vec2 AnisotropicAlpha(float alpha, float strength, float least) {
   float along = mix(alpha, 1.0f, strength * strength);
   if (along <= kSmoothAlpha) {
@@ -77,7 +77,7 @@ SHARED_FN vec2 AnisotropicAlpha(float alpha, float strength, float least) {
   return max(vec2(along, alpha), vec2(max(least, kSmoothAlpha)));
 }
 
-// Density of SampleGgxVisible per solid angle at h; wo . h > 0.
+// PDF of SampleGgxVisible per solid angle at h; wo . h > 0.
 SHARED_FN float GgxVisibleDensity(vec3 wo, vec3 h, float alpha) {
   return GgxDensity(h, alpha) * max(dot(wo, h), 0.0f) /
          ((1.0f + GgxLambda(wo, alpha)) * max(wo.z, 1e-7f));
@@ -90,8 +90,9 @@ SHARED_FN float SchlickWeight(float cos_theta) {
   return m2 * m2 * m;
 }
 
-// Reflectance of a smooth boundary between dielectrics, unpolarised light; 1 under total
-// reflection. eta = refractive index beyond the boundary over that on the side of cos_theta >= 0.
+// Fresnel reflectance of a smooth dielectric boundary for unpolarised light; 1 under total internal
+// reflection. eta = transmitted over incident refractive index, incident on the side of cos_theta
+// >= 0.
 SHARED_FN float FresnelDielectric(float cos_theta, float eta) {
   float sin2_t = (1.0f - cos_theta * cos_theta) / (eta * eta);
   if (sin2_t >= 1.0f) {
@@ -103,14 +104,14 @@ SHARED_FN float FresnelDielectric(float cos_theta, float eta) {
   return 0.5f * (parallel * parallel + perpendicular * perpendicular);
 }
 
-// Reflectance of a thin plane-parallel sheet: the sum over all reflections between its two faces,
-// R + T R T + T R^3 T + ... = 2 R / (1 + R).
+// Reflectance of a thin plane-parallel sheet: the sum over all interreflections of its two faces, R
+// + T R T + T R^3 T + ... = 2 R / (1 + R).
 SHARED_FN float FresnelThinSheet(float cos_theta, float ior) {
   float r = FresnelDielectric(cos_theta, ior);
   return 2.0f * r / (1.0f + r);
 }
 
-// The direction into which w, on the side of h, is refracted; undefined under total reflection.
+// Refraction of w, on the side of the normal h; undefined under total internal reflection.
 SHARED_FN vec3 RefractAbout(vec3 w, vec3 h, float eta) {
   float cos_i = dot(w, h);
   float sin2_t = (1.0f - cos_i * cos_i) / (eta * eta);

@@ -10,8 +10,8 @@
 namespace stillray::render {
 namespace {
 
-/// The cameras of a pixel's ray, now and one frame ago: motion is that of what the same point of
-/// the lens sees.
+/// The cameras of a primary ray in the current and the previous frame, at the same point of the
+/// lens: motion vectors are relative to that point.
 struct PixelViews {
   CameraView now;
   CameraView before;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The guides of a frame, and the light emitted by the visible surfaces or from behind them: all
-/// without noise.
+/// The guides of a frame, and the radiance emitted by the visible surfaces and the background: all
+/// free of noise.
 #pragma once
 
 #include "render/primary.h"
@@ -10,20 +10,21 @@
 
 namespace stillray::render {
 
-/// Guides of one pixel. Emission and background are weighted sums over the pixel's layers. So are
-/// reflectances, while the other members are those of the layer with the largest weight; but if
-/// transmitted light is separate, both belong to the first layer. It is in pixels with several
-/// layers, and where the only one is opaque smooth glass.
+/// Guides of one pixel. Emission, background and albedos are weighted sums over the pixel's layers;
+/// the other members are taken from the layer with the largest weight. In pixels that separate
+/// transmitted light (several layers, or a single opaque layer of smooth glass), albedos and the
+/// other members are taken from the first layer.
 struct PixelGuides {
   float depth = 0;
   vec3 normal;
   vec3 albedo;
   vec3 specular_albedo;
-  /// If transmitted light is separate: that of the glass, or the weights of all layers behind the
-  /// first one. Else 0: `specular_albedo` includes transmission.
+  /// If transmitted light is separate: transmission albedo of the glass, or the weight of all
+  /// layers behind the first one. Otherwise 0: `specular_albedo` includes transmission.
   vec3 transmission_albedo = vec3(0.0f);
   vec2 motion;
-  vec3 previous_normal = vec3(0.0f);  ///< where the shape has changed, see StorePreviousNormals
+  /// Only where the shape has changed, see StorePreviousNormals.
+  vec3 previous_normal = vec3(0.0f);
   uint32_t id = 0;
   float roughness = 0;
   vec3 emission;
@@ -32,24 +33,25 @@ struct PixelGuides {
   bool separates_transmission() const { return transmission_albedo != vec3(0.0f); }
 };
 
-/// \param first  [out] for TraceSample; unchanged unless the pixel has exactly one layer
+/// \param first  [out] first surface for TraceSample; unchanged unless the pixel has exactly one
+///     layer
 PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel, FirstSurface* first);
 
 /// Motion of the surface at a pixel's hit, from this frame to the previous one.
 vec2 MotionOfSurface(const TraceContext& context, const PrimaryPixel& pixel, const Hit& hit,
                      vec3 position);
 
-/// The layer with the largest weight from `begin` on; null: none.
+/// The layer with the largest weight among layers `begin` and later; null if there is none.
 const PrimaryLayer* HeaviestLayer(const PrimaryPixel& pixel, int begin);
 
-/// The point of a hit before the transform of its instance.
-/// \param positions  of the mesh's vertices
+/// The hit point in object space, before the transform of its instance.
+/// \param positions  vertex positions of the mesh
 vec3 LocalPoint(const Mesh& mesh, const vec3* positions, const Hit& hit);
 
-/// Motion of points that the previous frame's camera did not see.
+/// Motion vector of points outside the view of the previous frame's camera.
 vec2 MotionOutOfPicture(const CameraView& camera);
 
-/// Only the light of PixelGuides.
+/// The radiance members of PixelGuides.
 struct UnscatteredLight {
   vec3 emission;
   vec3 background;

@@ -13,8 +13,8 @@ namespace {
 static_assert(static_cast<int>(SignalKind::kIndirectTransmission) == kIndirectTransmission);
 static_assert(kSurfaceSignals == kTracedSignalCount && kAllSignals == kMostTracedSignals);
 
-/// Hits are scattered over the scene's memory: prefetches the data of the next ones, first the
-/// indices of their triangles, then the corners.
+/// Hits access the scene's memory incoherently: prefetches the triangle indices, then the vertices
+/// of later hits.
 void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count) {
   constexpr int kIndices = 16;
   constexpr int kCorners = 8;
@@ -37,7 +37,7 @@ void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count)
   }
 }
 
-/// Traces the paths of a tile in common steps.
+/// Traces the paths of a tile step by step.
 class Tracer {
  public:
   Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
@@ -71,12 +71,12 @@ class Tracer {
   const TraceContext& context_;
   const FirstSurface* first_;
   PathScratch& scratch_;
-  RayBatch* rays_;  // of the paths, and of the next step
+  RayBatch* rays_;  // rays of the current paths; next_: rays of the next step
   RayBatch* next_;
   RenderTimings& timings_;
 };
 
-/// Adds light to the picture; all light passes through here.
+/// The only function that adds radiance to a pixel.
 void Tracer::Add(int pixel, int kind, vec3 light) {
   if (!IsUsableLight(light)) {
     ++timings_.dropped;
@@ -93,12 +93,12 @@ void Tracer::AddFound(int pixel, int properties, const FoundLight& found) {
   Add(pixel, SpecularKind(properties), light.specular);
 }
 
-/// The layers of a pixel in which a path may start.
+/// The layers of a pixel at which a path may start.
 struct LayerRange {
   int begin = 0;
   int end = 0;
-  float weight = 1;        ///< of all of them, and the background if it is included
-  bool background = true;  ///< the path may have to start there: there is none then
+  float weight = 1;  ///< total weight of the layers, including the background if it is eligible
+  bool background = true;  ///< the background may be selected, in which case there is no path
 };
 
 LayerRange LayersOfPart(const PrimaryPixel& pixel, bool separates, int part) {
@@ -110,7 +110,8 @@ LayerRange LayersOfPart(const PrimaryPixel& pixel, bool separates, int part) {
   return part == 0 ? LayerRange{0, 1, first, false} : LayerRange{1, pixel.count, 1.0f - first};
 }
 
-/// A randomly chosen one. \param u  in [0, 1) \return -1: the background
+/// Selects a layer in proportion to the weights. \param u in [0, 1) \return index of the layer; -1:
+/// the background
 int PickLayer(const PrimaryPixel& pixel, const LayerRange& range, float u) {
   float rest = u * range.weight;
   for (int i = range.begin; i < range.end; ++i) {
@@ -119,7 +120,7 @@ int PickLayer(const PrimaryPixel& pixel, const LayerRange& range, float u) {
     }
     rest -= pixel.layers[i].weight;
   }
-  // The weights' sum is 1 up to rounding.
+  // Weights sum to range.weight only up to rounding.
   return range.background && pixel.background > 0.0f ? -1 : range.end - 1;
 }
 
@@ -182,8 +183,8 @@ void Tracer::ShadeAll() {
   }
 }
 
-/// Stores the path for the next step. There are never more survivors than paths shaded so far, so
-/// none is overwritten before it is read.
+/// Stores the path for the next step, in place: paths stored so far never outnumber paths shaded so
+/// far, hence no path is overwritten before it is read.
 void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
   Path& kept = scratch_.paths[next_->count];
   if (&kept != &path) {
@@ -192,7 +193,7 @@ void Tracer::Continue(const Path& path, vec3 origin, vec3 direction) {
   next_->Push(origin, direction, kInfinity);
 }
 
-/// The ray left the scene.
+/// Ends a path whose ray left the scene.
 void Tracer::Leave(const Path& path, vec3 direction) {
   const EnvironmentLight& environment = context_.lights.environment();
   if (environment.dark()) {
@@ -205,7 +206,7 @@ void Tracer::Leave(const Path& path, vec3 direction) {
   AddFound(path.pixel, path.light, LightMet(path, radiance));
 }
 
-/// The ray hit a surface that may emit.
+/// Adds the emission of a hit surface.
 void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface, vec3 direction) {
   const Material& material = *surface.material;
   if (path.first != 0 || !material.emits() || !(surface.front != 0 || material.double_sided)) {
@@ -219,7 +220,8 @@ void Tracer::MeetLight(const Path& path, const Hit& hit, const Surface& surface,
   AddFound(path.pixel, path.light, LightMet(path, radiance));
 }
 
-/// Draws candidates of light and adds the shadow ray to one. Returns TotalOf the choices.
+/// Light sampling by resampled candidates: adds the shadow ray to the chosen candidate. Returns
+/// TotalOf the choices.
 /// \param u  [in,out] u.w is used, and replaced by an independent number
 float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bsdf, vec4* u) {
   const LightArrays& lights = context_.lights.arrays();
@@ -262,7 +264,8 @@ float Tracer::SeekLight(const Path& path, const Surface& surface, const Bsdf& bs
   return TotalOf(choices);
 }
 
-/// Returns whether the path gets to the surface at `far`; otherwise it is scattered or ends.
+/// Advances the path through its medium. Returns whether it reaches the surface at `far`; otherwise
+/// it is scattered or ends.
 bool Tracer::PassMedium(int path_index, float far) {
   Path& path = scratch_.paths[path_index];
   vec3 direction = rays_->Direction(path_index);
@@ -310,7 +313,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
     const FirstSurface& first = first_[path.pixel];
     return ScatterAt(path_index, first.surface, first.bsdf, direction, u);
   }
-  // At the end of the path only emission counts, or light seen through smooth glass.
+  // After the last bounce only emission contributes, possibly through smooth glass.
   const Material& material = *context_.state.instance(hit.instance).material;
   const bool at_end = path.bounces >= context_.settings.bounces && material.transmission <= 0.0f;
   if (at_end && !material.emits()) {
@@ -326,7 +329,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   ScatterAt(path_index, surface, bsdf, direction, u);
 }
 
-/// Samples light at the surface and continues the path. u: LightDimensions of this step.
+/// Samples lights at the surface and continues the path. u: LightDimensions of this step.
 void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf, vec3 direction,
                        vec4 u) {
   Path& path = scratch_.paths[path_index];
@@ -348,7 +351,7 @@ void Tracer::ScatterAt(int path_index, const Surface& surface, const Bsdf& bsdf,
   if (was_first || onward != direction) {
     path.light_total = total;
   }
-  // A last ray, for which only emitters count, need not be traced where there can be none.
+  // The last ray contributes only if it hits an emitter: it is not traced if there is none to hit.
   if (context_.ends_are_opaque && path.bounces >= most_bounces &&
       !LightMayBeMet(context_.lights.arrays(), surface.position, onward)) {
     return;

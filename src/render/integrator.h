@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Traces the paths of a tile, all in the same step at a time: shading, shadow rays, next hits. The
-/// steps are defined in path_shared.h.
+/// Traces the paths of a tile breadth-first: shading, shadow rays and next hits are each computed
+/// for all paths. path_shared.h defines these steps.
 #pragma once
 
 #include <array>
@@ -15,19 +15,20 @@
 
 namespace stillray::render {
 
-/// Light of one sample by SignalKind. The last two are zero unless transmitted light is separate.
+/// Radiance of one sample, by SignalKind. The last two entries are zero unless transmitted light is
+/// separate.
 using SampleLight = std::array<vec3, kMostTracedSignals>;
-/// Sums of the squared luminances of samples, likewise.
+/// Sums of the samples' squared luminances, by SignalKind.
 using SampleSquares = std::array<float, kMostTracedSignals>;
 
-/// A path between two surfaces, with the state that it keeps between steps.
+/// A path between two vertices, with the state kept from step to step.
 struct Path : PathState {
   PathSampler sampler;
-  int pixel;   // of the tile
-  bool known;  // the first surface is given to TraceSample
+  int pixel;   // index within the tile
+  bool known;  // the first surface is an argument of TraceSample
 };
 
-/// Memory for the paths of a tile, reused for the next.
+/// Buffers for the paths of a tile, reused for the next tile.
 struct PathScratch {
   RayScratch trace;
   RayBatch next;
@@ -41,16 +42,17 @@ struct PathScratch {
   vec3 transmittance[kBatchCapacity];
   Path paths[kBatchCapacity];
   SamplerBatch samplers;
-  NumberBatch scatter_numbers;  // of the paths, for this step
+  NumberBatch scatter_numbers;  // random numbers of the paths for the current step
   NumberBatch light_numbers;
-  SampleLight light[kBatchCapacity];  // by pixel of the tile
+  SampleLight light[kBatchCapacity];  // indexed by the pixel within the tile
 };
 
 /// Traces one sample of every pixel into scratch->light (without emission and background).
-/// \param first      of the pixels with a single layer, so that they need no second look-up; may be
-///     null
+/// \param first      first surfaces of the pixels with a single layer, which saves their second
+///     evaluation; may be null
 /// \param samplers   one per pixel
-/// \param separates  by pixel: its transmitted light is separate, see PixelGuides; null: none
+/// \param separates  per pixel: whether its transmitted light is separate, see PixelGuides; null:
+///     no pixel
 void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
                  const PathSampler* samplers, const bool* separates, int count,
                  PathScratch* scratch, RenderTimings* timings);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// What a surface has beyond metallic-roughness and transmission, at one point.
+// Material layers beyond metallic-roughness and transmission, evaluated at one surface point.
 #ifndef STILLRAY_RENDER_LAYERS_SHARED_H
 #define STILLRAY_RENDER_LAYERS_SHARED_H
 
@@ -12,17 +12,17 @@
 STILLRAY_RENDER_BEGIN
 
 struct SurfaceLayers {
-  vec3 specular_colour;  // of a dielectric's reflectance at normal incidence; may be above 1
+  vec3 specular_colour;  // factor of the dielectric F0; may be above 1
   float specular;        // weight of a dielectric's reflection
-  vec3 coat_normal;      // of the clear coat, in the surface's local frame
-  float coat;            // its weight
-  float coat_alpha;      // of GGX, from its roughness
+  vec3 coat_normal;      // clear coat normal in the local frame of the surface
+  float coat;            // weight of the clear coat
+  float coat_alpha;      // GGX alpha of the clear coat
   vec3 sheen_colour;
   float sheen_roughness;
-  vec3 through_colour;  // of diffuse transmission
-  float through;        // its part of the diffuse light
+  vec3 through_colour;  // colour of diffuse transmission
+  float through;        // fraction of the diffuse light that is transmitted
   float anisotropy;     // strength, 0 to 1
-  vec2 tangent;         // in which the reflection is stretched, unit length, in the local frame
+  vec2 tangent;         // unit direction along which the lobe is stretched, local frame
   float film;           // weight of the thin film
   float film_ior;
   float film_thickness;  // nm
@@ -47,7 +47,7 @@ SHARED_FN SurfaceLayers NoLayers() {
   return layers;
 }
 
-// Solids have their covering layers on the outside alone.
+// Removes coat and sheen, which solids have only on the outside.
 SHARED_FN void RemoveCovers(SHARED_INOUT(SurfaceLayers) layers) {
   layers.coat = 0.0f;
   layers.sheen_colour = vec3(0.0f);

@@ -14,7 +14,7 @@
 namespace stillray::render {
 namespace {
 
-/// Half the longer side of the 36 mm x 24 mm picture of a full-frame camera, in metres.
+/// Half the longer side of the 36 mm x 24 mm sensor of a full-frame camera, in metres.
 constexpr float kHalfSensor = 0.018f;
 
 double TexelBrightness(const Texture& mask, size_t texel) {
@@ -45,7 +45,7 @@ LensMask MakeMask(const Texture& texture, int index) {
 }
 
 /// Moeller and Trumbore (1997), "Fast, Minimum Storage Ray/Triangle Intersection", in double
-/// precision. `hit` keeps its instance.
+/// precision. Hit::instance is unchanged.
 bool MeetTriangle(const glm::dvec3& origin, const glm::dvec3& direction, const Mesh& mesh,
                   const vec3* positions, uint32_t primitive, Hit* hit) {
   const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(primitive);
@@ -72,11 +72,11 @@ bool MeetTriangle(const glm::dvec3& origin, const glm::dvec3& direction, const M
   return true;
 }
 
-/// Distance of the nearest surface of an instance along a ray of the world. One ray needs no BVH,
-/// and devices have none on the host.
+/// Distance to the nearest surface of an instance along a world-space ray. Tests all triangles: a
+/// single ray needs no BVH, and Vulkan renderers have no host BVH.
 float NearestOf(const SceneState& state, uint32_t instance, const mat4& world,
                 const vec3* positions, vec3 origin, vec3 direction) {
-  constexpr uint32_t kTriangles = 4096;  // of a task
+  constexpr uint32_t kTriangles = 4096;  // triangles per task
   const Mesh& mesh = *state.instance(instance).mesh;
   const glm::dmat4 exact(world);
   if (glm::determinant(glm::dmat3(exact)) == 0.0) {
@@ -147,7 +147,7 @@ Lens LensOf(const Scene& scene, const RenderSettings& settings, int camera) {
 }
 
 bool MayHaveLens(const Scene& scene, const RenderSettings& settings) {
-  for (size_t i = 0; i <= scene.cameras.size(); ++i) {  // and a camera that has none
+  for (size_t i = 0; i <= scene.cameras.size(); ++i) {  // the last index: no camera of the scene
     const Lens lens = LensOf(scene, settings, static_cast<int>(i));
     if (lens.radius > 0.0f || lens.f_number > 0.0f) {
       return true;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The lens of a frame: settings and the scene's camera together, the tables of masks, and the
-/// focus found by a ray.
+/// The lens of a frame: combination of settings and scene camera, sampling tables of aperture
+/// masks, and autofocus.
 #pragma once
 
 #include <vector>
@@ -14,20 +14,20 @@
 
 namespace stillray::render {
 
-/// Cumulative sums for sampling one mask.
+/// Cumulative sums for sampling one aperture mask.
 struct LensMask {
-  int texture = -1;  ///< of the scene
+  int texture = -1;  ///< index of the scene's texture
   int width = 0;
   int height = 0;
   std::vector<float> sums;
 };
 
-/// The masks of all cameras of a scene.
+/// The aperture masks of all cameras of a scene.
 class LensMasks {
  public:
   /// \param scene  checked (CheckScene)
   explicit LensMasks(const Scene& scene);
-  /// The mask of a texture; null: none.
+  /// The mask made from a texture; null if there is none.
   const LensMask* Find(int texture) const;
   const std::vector<LensMask>& all() const { return masks_; }
 
@@ -38,16 +38,16 @@ class LensMasks {
 /// Mean luminance of a mask, 0 to 1.
 double MaskBrightness(const Texture& mask);
 
-/// The scene's lens with the settings in its place where they are given.
+/// The lens of the scene's camera; settings that are given override its members.
 Lens LensOf(const Scene& scene, const RenderSettings& settings, int camera);
-/// Whether any moment may have a lens.
+/// Whether the camera may have a lens at any moment.
 bool MayHaveLens(const Scene& scene, const RenderSettings& settings);
 
 /// The radius of the aperture in scene units: see Lens::f_number.
 float LensRadius(const Lens& lens, const CameraView& view);
 
-/// Depth of the surface in the centre of the picture, at the state's moment or (`previous`) the
-/// moment before; +infinity if there is none. Surfaces of an opacity below 1/2 do not count.
+/// Depth of the surface at the image centre, at the state's current or (`previous`) previous
+/// moment; +infinity if there is none. Surfaces with an opacity below 1/2 are ignored.
 float FindFocus(const SceneState& state, const CameraView& view, bool previous);
 
 LensArrays MakeLensArrays(const Lens& lens, const LensMasks& masks);

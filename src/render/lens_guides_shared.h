@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Guides of a pixel whose samples see through different points of a lens.
+// Guides of a pixel whose samples use different points of the lens.
 #ifndef STILLRAY_RENDER_LENS_GUIDES_SHARED_H
 #define STILLRAY_RENDER_LENS_GUIDES_SHARED_H
 
@@ -11,10 +11,10 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Sums over the samples.
-// Colours are summed over all samples. Depth, normal, motion and roughness are those of one
-// surface, since means of several surfaces belong to none: the one that most samples see, if one
-// has more than half of them (Boyer and Moore 1991, "MJRTY: a fast majority vote algorithm").
+// Sums over the samples. Colours are summed over all samples. Depth, normal, motion and roughness
+// are taken from a single surface, since their means over several surfaces describe none of them:
+// the surface hit by the majority of samples, if any has more than half of them (Boyer and Moore
+// 1991, "MJRTY: a fast majority vote algorithm").
 struct LensGuides {
   vec3 albedo;
   float depth;
@@ -26,11 +26,11 @@ struct LensGuides {
   float motion_y;
   vec3 normal;
   uint id;
-  int samples;  // in the sums of colours
-  int members;  // in the sums of the surface
-  int votes;    // of the surface, less those of the others since
+  int samples;  // number of samples in the sums of colours
+  int members;  // number of samples in the sums of the surface
+  int votes;    // majority vote: samples of the surface minus later samples of other surfaces
   int unused_0;
-  vec3 previous_normal;  // of surfaces that deform
+  vec3 previous_normal;  // only for deforming surfaces
   float unused_1;
 };
 

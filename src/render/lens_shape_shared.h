@@ -13,7 +13,7 @@ STILLRAY_RENDER_BEGIN
 
 struct LensShape {
   int blades;      // corners of the aperture; 0: round
-  float rotation;  // of the first corner from the x axis, anticlockwise, in turns: [0, 1)
+  float rotation;  // angle of the first corner, anticlockwise from the x axis, in turns: [0, 1)
   int mask_width;  // 0: no mask
   int mask_height;
 };

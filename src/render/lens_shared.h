@@ -3,15 +3,15 @@
 
 // The thin lens: points on the aperture.
 //
-// The aperture lies in the unit circle (a mask: in the square around it), x to the right and y up
-// as the camera looks. Rays through a lens point meet in the plane of focus: each point of the lens
-// is a pinhole camera of its own, whose picture is shifted (CameraView::Through). Potmesil and
-// Chakravarty (1981), "A Lens and Aperture Camera Model for Synthetic Image Generation"; Cook,
-// Porter and Carpenter (1984), "Distributed Ray Tracing".
+// The aperture lies in the unit disk (a mask: in its bounding square), x to the right and y up as
+// seen along the view direction. A point of the lens acts as a pinhole camera with a shifted image
+// plane (CameraView::Through); the rays of a pixel through all lens points meet in the plane of
+// focus. Potmesil and Chakravarty (1981), "A Lens and Aperture Camera Model for Synthetic Image
+// Generation"; Cook, Porter and Carpenter (1984), "Distributed Ray Tracing".
 //
-// A mask's cumulative sums are an argument in C++, LENS_IN. GLSL cannot pass arrays: there, the
-// including shader first declares a variable `lens` of LensShape, and
-//   float LensSum(int i)    the i-th of the sums
+// In C++ the cumulative sums of a mask are an argument, LENS_IN. In GLSL, which cannot pass them,
+// the including shader first declares a variable `lens` of LensShape, and
+//   float LensSum(int i)    the i-th cumulative sum
 #ifndef STILLRAY_RENDER_LENS_SHARED_H
 #define STILLRAY_RENDER_LENS_SHARED_H
 
@@ -40,8 +40,8 @@ SHARED_FN int FirstLensColumn(LENS_IN int row) {
   return lens.mask_height + 1 + row * (lens.mask_width + 1);
 }
 
-// Where u lies among the `count` intervals of the sums from `first` on: the interval's number plus
-// the place in it.
+// Continuous index of u among the `count` intervals of the sums from `first` on: the interval's
+// index plus the fraction within it.
 SHARED_FN float FindInLensSums(LENS_IN int first, int count, float u) {
   int low = 1;
   int high = count;
@@ -59,7 +59,8 @@ SHARED_FN float FindInLensSums(LENS_IN int first, int count, float u) {
   return float(low - 1) + within;
 }
 
-// By brightness: rows, then columns. The longer side of the picture is that of the square.
+// Samples the mask in proportion to its luminance: rows, then columns. The longer side of the mask
+// spans the square.
 SHARED_FN vec2 LensPointOfMask(LENS_IN vec2 u) {
   float y = FindInLensSums(LENS 0, lens.mask_height, u.y);
   int row = min(int(y), lens.mask_height - 1);
@@ -78,7 +79,7 @@ SHARED_FN vec2 LensPoint(LENS_IN vec2 u) {
   if (lens.blades == 0) {
     return r * CosSinOfTurn(u.x);
   }
-  // A triangle between the centre and two corners.
+  // Samples a triangle between the centre and two corners.
   float blades = float(lens.blades);
   float corner = min(floor(u.x * blades), blades - 1.0f);
   float along = min(u.x * blades - corner, 1.0f);

@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Resampled importance sampling of lights (Talbot, Cline, Egbert 2005, "Importance Resampling for
-// Global Illumination"): a surface draws several candidates by SampleLights. One of them gets the
-// shadow ray, chosen in proportion to the light w that it would add if nothing were in the way, and
-// counts for the mean of all: its light times sum(w) / (n w). The mean over all choices is that of
-// the candidates, so any w that is positive where there is light is unbiased.
+// Global Illumination"): a surface draws several candidates by SampleLights. One candidate is
+// selected for the shadow ray, in proportion to its unoccluded contribution w, and its contribution
+// is weighted by sum(w) / (n w). The expected value over the selection is the mean of all
+// candidates, hence the estimator is unbiased for any w that is positive wherever the contribution
+// is.
 #ifndef STILLRAY_RENDER_LIGHT_CANDIDATES_SHARED_H
 #define STILLRAY_RENDER_LIGHT_CANDIDATES_SHARED_H
 
@@ -21,27 +22,26 @@ STILLRAY_RENDER_BEGIN
 const float kCandidateStepX = 0.7548776662f;
 const float kCandidateStepY = 0.5698402910f;
 
-// The numbers of candidate i of n: those of candidate 0, shifted modulo 1, so that each candidate's
-// are uniform. Choices of the light are stratified, positions on it follow the R2 sequence.
+// Random numbers of candidate i of n: the numbers of candidate 0, shifted modulo 1, which keeps
+// them uniform. Light choices are stratified, positions on the light follow the R2 sequence.
 SHARED_FN vec4 CandidateNumbers(vec4 u, int i, int n) {
   vec3 shift = vec3(kCandidateStepX, kCandidateStepY, 1.0f / float(n)) * float(i);
   return vec4(min(fract(vec3(u.x, u.y, u.z) + shift), vec3(kBelowOne)), u.w);
 }
 
-// How many candidates a surface draws. Light of surfaces after the first one is a smaller part of
-// the picture, for the same cost: they draw half as many. All candidates of a single light without
-// extent are equal.
+// Number of candidates per surface. Path vertices after the first draw half as many, since they
+// contribute less to the image at equal cost. A single light without extent needs one candidate.
 // \param wanted  RenderSettings::light_candidates
 SHARED_FN int CandidateCount(LIGHTS_IN int wanted, bool first) {
   int count = first ? wanted : (wanted + 1) / 2;
   return lights.is_one_point != 0 ? 1 : count;
 }
 
-// Chooses one of a stream of candidates (weighted reservoir sampling, Chao 1982).
+// State of weighted reservoir sampling (Chao 1982) over a stream of candidates.
 struct CandidateChoice {
-  float sum;     // of the weights so far
-  float weight;  // of the chosen candidate; 0: none yet
-  float u;       // uniform in [0, 1), independent of the choice
+  float sum;     // sum of the weights so far
+  float weight;  // weight of the chosen candidate; 0: none yet
+  float u;       // random number in [0, 1), independent of the choice
 };
 
 SHARED_FN CandidateChoice NoCandidate(float u) {
@@ -52,7 +52,7 @@ SHARED_FN CandidateChoice NoCandidate(float u) {
   return none;
 }
 
-// Whether the next candidate takes the place of the chosen one. \param weight  > 0
+// Whether the next candidate replaces the chosen one. \param weight  weight of the next, > 0
 SHARED_FN bool TakesCandidate(SHARED_INOUT(CandidateChoice) choice, float weight) {
   choice.sum += weight;
   float probability = weight / choice.sum;
@@ -63,12 +63,13 @@ SHARED_FN bool TakesCandidate(SHARED_INOUT(CandidateChoice) choice, float weight
   return takes;
 }
 
-// Factor of the chosen candidate's light. \param n  all candidates, those without light included
+// Weight of the chosen candidate's contribution. \param n  number of all candidates, including
+// those without contribution
 SHARED_FN float FactorOfChosen(SHARED_IN(CandidateChoice) choice, int n) {
   return choice.sum / (float(n) * choice.weight);
 }
 
-// The weight of a candidate that would add this light.
+// Reservoir weight of a candidate with this contribution.
 SHARED_FN float CandidateWeight(SHARED_IN(FoundLight) found) {
   vec3 light = found.diffuse + found.specular;
   return Luminance709(light.x, light.y, light.z);

@@ -13,15 +13,15 @@
 STILLRAY_RENDER_BEGIN
 
 struct EnvironmentShape {
-  vec3 radiance;  // constant, or the factor of the map
+  vec3 radiance;  // constant radiance, or factor of the map
   float mean_luminance;
-  int width;  // of the map; 0: no map
+  int width;  // width of the map in texels; 0: no map
   int height;
   uint unused_0, unused_1;
 };
 
 const int kMaxClusters = 16;
-// Clusters, then directional lights, then the environment.
+// Choices are the clusters, then all directional lights, then the environment.
 const int kMaxLightChoices = kMaxClusters + 2;
 
 // An emissive triangle.
@@ -29,14 +29,14 @@ struct AreaLight {
   vec3 p0;
   float area;
   vec3 edge1;
-  float choice;  // probability within its cluster
+  float choice;  // selection probability within its cluster
   vec3 edge2;
   uint cluster;
-  vec3 normal;  // unit, of the emitting side
+  vec3 normal;  // unit normal of the emitting side
   int two_sided;
   uint instance;
   uint primitive;
-  float mean_luminance;  // of the emission over the triangle
+  float mean_luminance;  // mean luminance of the emission over the triangle
   uint unused_0;
 };
 
@@ -45,22 +45,22 @@ struct LightCluster {
   float radius;
   vec3 axis;
   float cone_cosine;  // emission normals lie within this cone around the axis; -1: any direction
-  vec3 low;           // bounds
+  vec3 low;           // bounding box
   float cone_sine;
   vec3 high;
   float intensity;
-  uint first;  // of its entries in the tables
+  uint first;  // index of the cluster's first table entry
   uint count;
   int two_sided;
   uint unused_0;
 };
 
 struct LightShape {
-  float distant_irradiance;  // luminance of all directional lights
+  float distant_irradiance;  // luminance of the irradiance of all directional lights
   float environment_irradiance;
   int cluster_count;
   int choice_count;  // 0: no light
-  // First of the tables' entries for directional lights.
+  // Index of the first table entry of directional lights.
   uint first_distant;
   uint distant_count;
   int all_in_clusters;  // 1: every emitting triangle is in a cluster
@@ -68,7 +68,7 @@ struct LightShape {
   LightCluster clusters[kMaxClusters];
 };
 
-// An entry's item is the number of an area light, or of a punctual one with this bit.
+// AliasEntry::item is the index of an area light, or with this bit that of a punctual light.
 const uint kPunctualItem = 0x80000000u;
 
 STILLRAY_RENDER_END

@@ -126,7 +126,7 @@ static_assert(static_cast<int>(LightType::kPoint) == kLightPoint &&
               static_cast<int>(LightType::kSpot) == kLightSpot &&
               static_cast<int>(LightType::kDirectional) == kLightDirectional);
 
-/// Adds directional lights, behind the entries of the elements.
+/// Adds the entries of directional lights behind the entries of the elements.
 void LightSet::AddDistant() {
   std::vector<float> weights;
   arrays_.distant_irradiance = 0;
@@ -141,7 +141,7 @@ void LightSet::AddDistant() {
   FillAliasTable(weights.data(), weights.size(), entries_.data() + arrays_.first_distant);
 }
 
-/// The two triangles of a quad light are not split.
+/// Whether splitting the group helps; not for the two triangles of a quad light.
 bool LightSet::WorthSplitting(const LightCluster& group) const {
   if (group.count != 2) {
     return group.count > 2;
@@ -151,7 +151,8 @@ bool LightSet::WorthSplitting(const LightCluster& group) const {
   return !a.is_area() || !b.is_area() || areas_[a.item].instance != areas_[b.item].instance;
 }
 
-/// Splits the group with the most dispersed light, until there are enough or none can be split.
+/// Repeatedly splits the group with the largest squared extent times intensity, until kMaxClusters
+/// is reached or no group is worth splitting.
 void LightSet::SplitElements(std::vector<LightCluster>* groups) {
   const auto extent = [&](const LightCluster& group) {
     vec3 low = elements_[group.first].low;
@@ -228,7 +229,7 @@ void LightSet::FinishCluster(LightCluster* cluster, uint32_t index) {
       cluster->cone_cosine = min(cluster->cone_cosine, dot(light.normal, cluster->axis));
     }
   }
-  // Keeps the axis inside its own cone despite rounding.
+  // Keeps the axis inside the cone despite rounding.
   constexpr float kMargin = 1e-4f;
   cluster->cone_cosine = max(cluster->cone_cosine - kMargin, -1.0f);
   cluster->cone_sine = std::sqrt(1.0f - cluster->cone_cosine * cluster->cone_cosine);

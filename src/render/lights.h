@@ -19,7 +19,7 @@ class LightSet {
   LightSet(const LightSet&) = delete;
   LightSet& operator=(const LightSet&) = delete;
 
-  /// Applies the state's current transforms.
+  /// Updates the lights to the state's current transforms.
   /// \return whether any light has changed
   bool Update(bool moved);
 
@@ -28,23 +28,23 @@ class LightSet {
   /// Valid until the next Update.
   const LightArrays& arrays() const { return arrays_; }
 
-  /// SampleLights, with the emission of area lights.
+  /// SampleLights, including the emitted radiance of area lights.
   LightSample Sample(vec3 point, vec3 normal, const LightChoices& choices, vec4 u) const;
-  /// DensityOfArea of the triangle that a ray hit; 0 if it does not emit.
+  /// DensityOfArea of the hit triangle; 0 if it does not emit.
   float DensityOfHit(vec3 point, float total, const Hit& hit, vec3 direction, float distance) const;
 
   size_t memory_bytes() const;
 
   const std::vector<AreaLight>& areas() const { return areas_; }
-  /// Per instance: index of the light of its triangle 0, or -1: it does not emit.
+  /// Per instance: index of the area light of its triangle 0; -1 if it does not emit.
   const std::vector<int64_t>& first_areas() const { return first_area_; }
   const std::vector<PunctualSource>& punctuals() const { return punctuals_; }
-  /// Maximum number at any moment.
+  /// Maximum number of punctual lights at any moment.
   size_t most_punctuals() const { return state_.scene().lights.size(); }
   const std::vector<AliasEntry>& entries() const { return entries_; }
 
  private:
-  // A light with a position, for building clusters.
+  // A light with a position, from which clusters are built.
   struct Element {
     uint32_t item = 0;  // see AliasEntry
     vec3 centre;
@@ -69,9 +69,9 @@ class LightSet {
   std::vector<AreaLight> areas_;
   std::vector<int64_t> first_area_;
   std::vector<PunctualSource> punctuals_;
-  std::vector<uint32_t> distant_;    // the directional ones of them
+  std::vector<uint32_t> distant_;    // indices of the directional lights in punctuals_
   std::vector<Element> elements_;    // sorted by cluster
-  std::vector<AliasEntry> entries_;  // of the elements, then of the directional lights
+  std::vector<AliasEntry> entries_;  // alias tables of the elements, then of the directional lights
 };
 
 }  // namespace stillray::render

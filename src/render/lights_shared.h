@@ -10,10 +10,10 @@
 // thousands of lights. The bounds follow Conty Estevez and Kulla (2018), "Importance Sampling of
 // Many Lights with Adaptive Tree Splitting", for one level of clusters.
 //
-// The lights, including the environment, are an argument in C++, LIGHTS_IN. In GLSL, the including
+// In C++ the lights, including the environment, are an argument, LIGHTS_IN. In GLSL, the including
 // shader declares the variables and functions of environment_shared.h, a variable `lights` of
 // LightShape, and
-//   AliasEntry LightEntry(uint i)           of the tables
+//   AliasEntry LightEntry(uint i)           an entry of the tables
 //   AreaLight AreaLightAt(uint i)
 //   PunctualSource PunctualSourceAt(uint i)
 #ifndef STILLRAY_RENDER_LIGHTS_SHARED_H
@@ -52,7 +52,7 @@ inline const PunctualSource& PunctualSourceAt(const LightArrays& lights, uint i)
 #define LIGHTS_ENVIRONMENT
 #endif
 
-// A shading point's importances of the choices of light, as running sums.
+// Importances of the light choices at a shading point, as running sums.
 struct LightChoices {
   int count;
   float sums[kMaxLightChoices];
@@ -63,14 +63,14 @@ SHARED_FN float TotalOf(SHARED_IN(LightChoices) choices) {
 }
 
 struct LightSample {
-  vec3 direction;  // unit, towards the light
+  vec3 direction;  // unit vector towards the light
   float distance;  // infinite for lights without a position
-  vec3 radiance;   // of the environment; irradiance of punctual lights
-  float density;   // per solid angle, including the choice; 0: no light
-  vec3 point;      // on an area light
-  int delta;       // 1: scattered rays cannot hit it: density is that of the choice alone
-  vec3 normal;     // of an area light, on the side of the shading point
-  int area;        // the area light whose emission at (u, v) is the radiance; -1: none
+  vec3 radiance;   // radiance of the environment; irradiance of punctual lights
+  float density;   // PDF per solid angle, including the choice of the light; 0: no light
+  vec3 point;      // sampled point on an area light
+  int delta;       // 1: delta light, `density` is the probability of the choice alone
+  vec3 normal;     // normal of an area light, on the side of the shading point
+  int area;        // index of the area light, whose emission at (u, v) is the radiance; -1: none
   float u;
   float v;
 };
@@ -111,7 +111,8 @@ SHARED_FN LightAngle LessAngle(LightAngle a, LightAngle b) {
   return MakeAngle(a.cosine * b.cosine + a.sine * b.sine, a.sine * b.cosine - a.cosine * b.sine);
 }
 
-// An upper bound on the irradiance at `point`, up to a constant factor; 0 only if no light arrives.
+// An upper bound on the irradiance at `point`, up to a constant factor; 0 only if the irradiance is
+// 0.
 SHARED_FN float ClusterImportance(SHARED_IN(LightCluster) cluster, vec3 point) {
   vec3 offset = point - cluster.centre;
   float radius2 = cluster.radius * cluster.radius;
@@ -148,8 +149,8 @@ SHARED_FN LightChoices WeighLights(LIGHTS_IN vec3 point) {
   return choices;
 }
 
-// Whether a ray may hit an emitter or leave the scene. False is reliable as long as the ray goes
-// straight; the test costs much less than tracing the ray.
+// Conservative test whether a ray may hit an emitter or the environment. False is certain as long
+// as the ray is not deflected; the test costs much less than tracing the ray.
 SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
   if (lights.environment_irradiance > 0.0f || lights.all_in_clusters == 0) {
     return true;
@@ -167,7 +168,7 @@ SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
     vec3 farther = max(t0, t1);
     float enter = MaxComponent(nearer);
     float leave = min(farther.x, min(farther.y, farther.z));
-    // NaN, if a component of the direction is zero exactly at the edge: may be hit.
+    // NaN, if a direction component is zero and the origin exactly on the slab: counts as a hit.
     if (!(enter > leave) && !(leave < 0.0f)) {
       return true;
     }
@@ -175,7 +176,7 @@ SHARED_FN bool LightMayBeMet(LIGHTS_IN vec3 origin, vec3 direction) {
   return false;
 }
 
-// Samples the triangle uniformly. \param choice  probability of this light
+// Samples the triangle uniformly. \param choice  selection probability of this light
 SHARED_FN LightSample SampleArea(SHARED_IN(AreaLight) light, uint number, vec3 point, float choice,
                                  float u0, float u1) {
   LightSample found = NoLight();
@@ -227,7 +228,7 @@ SHARED_FN LightSample SamplePunctual(SHARED_IN(PunctualSource) light, vec3 point
   return found;
 }
 
-// Samples one of `count` entries from `first` on. \param choice  probability of these entries
+// Samples one of `count` entries from `first` on. \param choice  selection probability of the range
 SHARED_FN LightSample SampleEntries(LIGHTS_IN uint first, uint count, vec3 point, float choice,
                                     vec4 u) {
   AliasColumn column = FindAliasColumn(count, u.z);
@@ -240,8 +241,8 @@ SHARED_FN LightSample SampleEntries(LIGHTS_IN uint first, uint count, vec3 point
   return SampleArea(AreaLightAt(LIGHTS entry.item), entry.item, point, probability, u.x, u.y);
 }
 
-// Samples light for a surface. u: (u.x, u.y) the position, u.z the light.
-// \param choices  WeighLights for the point
+// Samples a light for a shading point: (u.x, u.y) select the position, u.z the light.
+// \param choices  WeighLights at `point`
 SHARED_FN LightSample SampleLights(LIGHTS_IN vec3 point, vec3 normal,
                                    SHARED_IN(LightChoices) choices, vec4 u) {
   float total = TotalOf(choices);
@@ -275,9 +276,9 @@ SHARED_FN LightSample SampleLights(LIGHTS_IN vec3 point, vec3 normal,
   return found;
 }
 
-// Density with which SampleLights, at `point`, samples the position on an emitter that a ray of
-// unit direction hit at `distance`.
-// \param total  TotalOf the choices there
+// PDF of SampleLights at `point` for the position on an emitter that a ray of unit direction hit at
+// `distance`.
+// \param total  TotalOf the choices at `point`
 SHARED_FN float DensityOfArea(LIGHTS_IN SHARED_IN(AreaLight) light, vec3 point, float total,
                               vec3 direction, float distance) {
   if (!(total > 0.0f && total <= kLargestFloat) || light.choice <= 0.0f) {
@@ -288,7 +289,7 @@ SHARED_FN float DensityOfArea(LIGHTS_IN SHARED_IN(AreaLight) light, vec3 point, 
   return cosine > 0.0f ? choice * distance * distance / (light.area * cosine) : 0.0f;
 }
 
-// The same for the environment.
+// PDF of SampleLights for a direction of the environment.
 SHARED_FN float DensityOfEnvironment(LIGHTS_IN vec3 normal, float total, vec3 direction) {
   if (!(total > 0.0f && total <= kLargestFloat)) {
     return 0.0f;

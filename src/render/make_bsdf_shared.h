@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Converts glTF 2.0 material parameters to the lobes of a Bsdf, given the reflectances of its rough
-// lobes.
+// Converts glTF 2.0 material parameters to the lobes of a Bsdf, given the directional albedos of
+// its rough lobes.
 #ifndef STILLRAY_RENDER_MAKE_BSDF_SHARED_H
 #define STILLRAY_RENDER_MAKE_BSDF_SHARED_H
 
@@ -13,7 +13,7 @@
 
 STILLRAY_RENDER_BEGIN
 
-// The same for glass, before energy compensation.
+// Directional albedos of the glass lobe before energy compensation.
 struct GlassShare {
   float reflected;
   float total;
@@ -22,19 +22,19 @@ struct GlassShare {
 // Directional albedos of the layers.
 struct LayerShares {
   SchlickShare coat;
-  float sheen;  // white; above 1 near the horizon if it is smooth
+  float sheen;  // directional albedo of white sheen; above 1 near the horizon if smooth
 };
 
-// A surface at one point, from one side.
+// Material parameters at one surface point, viewed from one side.
 struct BsdfInput {
   vec3 base_colour;
   float metallic;
   float transmission;
-  float own_alpha;  // of GGX, from the material's roughness
-  float alpha;      // with regularisation; at least own_alpha
+  float own_alpha;  // GGX alpha of the material's roughness
+  float alpha;      // GGX alpha after path-space regularisation; at least own_alpha
   float ior;
   int solid;  // 1: boundary of a solid; 0: an infinitely thin sheet
-  int front;  // 1: seen from its front
+  int front;  // 1: viewed from the front
 };
 
 // Reflectance at normal incidence of a dielectric.
@@ -53,7 +53,7 @@ SHARED_FN float GlassAlpha(SHARED_IN(BsdfInput) surface) {
   return surface.solid == 0 && surface.own_alpha <= 0.0f ? 0.0f : surface.alpha;
 }
 
-// The fraction of uniform white light that the boundary and the metal reflect to the viewer.
+// Directional albedo of the specular lobe (dielectric boundary and metal).
 SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) share) {
   vec3 reflected = bsdf.specular_f0 * share.scale + vec3(bsdf.specular_f90 * share.offset);
   if (HasFilm(bsdf)) {
@@ -62,7 +62,7 @@ SHARED_FN vec3 ReflectedShare(SHARED_IN(Bsdf) bsdf, SHARED_IN(SchlickShare) shar
   return bsdf.specular_scale * reflected;
 }
 
-// The fractions of uniform white light that all specular lobes together send to the viewer.
+// Directional albedos of all specular lobes together.
 struct SpecularAlbedo {
   vec3 reflected;
   vec3 transmitted;
@@ -89,18 +89,18 @@ SHARED_FN vec3 SumOf(SHARED_IN(SpecularAlbedo) albedo) {
   return albedo.reflected + albedo.transmitted;
 }
 
-// Of all lobes whose light counts as diffuse.
+// Albedo of all lobes whose light counts as diffuse.
 SHARED_FN vec3 DiffuseAlbedo(SHARED_IN(Bsdf) bsdf) {
   return bsdf.layered != 0 ? bsdf.diffuse + bsdf.through + bsdf.sheen_albedo : bsdf.diffuse;
 }
 
-// Whether most of the specular light comes from the clear coat.
+// Whether the clear coat has the largest share of the specular lobes.
 SHARED_FN bool IsMainlyCoat(SHARED_IN(Bsdf) bsdf) {
   return bsdf.layered != 0 && bsdf.pick_coat > bsdf.pick_specular + bsdf.pick_glass;
 }
 
-// Perceptual roughness of the reflection that most of the specular light comes from.
-// \param roughness  of the surface below the layers
+// Perceptual roughness of the dominant specular lobe.
+// \param roughness  roughness of the surface below the layers
 SHARED_FN float GuideRoughness(SHARED_IN(Bsdf) bsdf, float roughness) {
   if (IsMainlyCoat(bsdf)) {
     return sqrt(bsdf.coat_alpha);
@@ -113,7 +113,7 @@ SHARED_FN float CoatCompensation(SHARED_IN(SchlickShare) coat) {
   return 1.0f + kCoatF0 * (1.0f / (coat.scale + coat.offset) - 1.0f);
 }
 
-// The fraction of light that the covering layers leave to what is below them.
+// Transmittance of the covering layers (coat and sheen) for the lobes below them.
 SHARED_FN float CoverTransmittance(SHARED_IN(SurfaceLayers) layers, SHARED_IN(LayerShares) shares) {
   float coat = layers.coat * CoatCompensation(shares.coat) *
                (kCoatF0 * shares.coat.scale + shares.coat.offset);
@@ -121,18 +121,18 @@ SHARED_FN float CoverTransmittance(SHARED_IN(SurfaceLayers) layers, SHARED_IN(La
   return max(1.0f - coat, 0.0f) * (1.0f - sheen);
 }
 
-// GGX alphas of the specular lobe along the tangent and across.
+// GGX alphas of the specular lobe, x along the tangent, y across it.
 SHARED_FN vec2 SpecularAlphas(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) layers) {
-  float least = surface.alpha > surface.own_alpha ? surface.alpha : 0.0f;  // regularisation's
+  float least = surface.alpha > surface.own_alpha ? surface.alpha : 0.0f;  // set by regularisation
   return AnisotropicAlpha(surface.own_alpha, layers.anisotropy, least);
 }
 
-// Visible normals over which a film is averaged: the mean reflectance is off by less than 0.015, as
-// BsdfTest has it, with half of them by 0.025.
+// Number of visible normals over which a film's reflectance is averaged: the error of the mean is
+// below 0.015 (BsdfTest), with half of them 0.025.
 const int kFilmNormals = 16;
 
-// A microfacet normal that the viewer sees, and the part of the light from its direction of
-// reflection that is not shadowed.
+// A visible microfacet normal: its cosine with wo, and the shadowing term of its reflected
+// direction as weight.
 struct VisibleNormal {
   float cosine;
   float weight;
@@ -148,7 +148,7 @@ SHARED_FN VisibleNormal VisibleNormalOf(vec3 wo, vec2 alphas, int i) {
   return normal;
 }
 
-// Means of a film's reflectance over the lobes.
+// Means of a film's reflectance over the specular lobe.
 struct FilmMeans {
   vec3 metal;
   vec3 boundary;
@@ -177,9 +177,9 @@ SHARED_FN FilmMeans MeansOfFilm(SHARED_IN(Bsdf) bsdf, vec3 wo, vec2 alphas) {
   return means;
 }
 
-// Replaces the Fresnel term of glass. `of_glass`: without a film, then with it.
-// \param all     the share of light that the lobe would reflect if it reflected everything
-// \param cosine  of the viewer's direction with the normal by which `of_glass` was found
+// Replaces the Fresnel term of glass. `of_glass`: [in] without the film, [out] with it.
+// \param all     directional albedo of the lobe with a Fresnel term of 1
+// \param cosine  dot(wo, normal) with the normal for which `of_glass` was computed
 SHARED_FN void AddFilmToGlass(SHARED_INOUT(Bsdf) bsdf, vec3 wo, float all, float cosine,
                               SHARED_INOUT(GlassShare) of_glass) {
   vec3 sum = vec3(0.0f);
@@ -199,7 +199,7 @@ SHARED_FN void AddFilmToGlass(SHARED_INOUT(Bsdf) bsdf, vec3 wo, float all, float
     weight += normal.weight;
   }
   bsdf.film_sheet = sum / max(most, 1e-6f);
-  // The share that would be transmitted if everything were.
+  // Transmittance of the lobe with a Fresnel transmittance of 1.
   float transmits =
       (of_glass.total - of_glass.reflected) / max(1.0f - of_glass.reflected / all, 0.1f);
   float reflects = weight > 0.0f ? most / weight : 1.0f;
@@ -209,7 +209,7 @@ SHARED_FN void AddFilmToGlass(SHARED_INOUT(Bsdf) bsdf, vec3 wo, float all, float
   bsdf.sheet_reflectance = of_glass.reflected;
 }
 
-// The share of light that a smooth thin sheet reflects.
+// Reflectance of a smooth thin sheet.
 SHARED_FN float SheetReflectance(SHARED_IN(SurfaceLayers) layers, float cosine, float ior) {
   if (layers.film <= 0.0f) {
     return FresnelThinSheet(cosine, ior);
@@ -226,9 +226,9 @@ SHARED_FN float SheetReflectance(SHARED_IN(SurfaceLayers) layers, float cosine, 
 
 // Adds a thin film to a Bsdf, before AddLayers.
 // \param alphas        SpecularAlphas
-// \param share         of the specular lobe
-// \param glass_cosine  of the viewer's direction with the normal by which `of_glass` was found
-// \param of_glass      without a film, then with it; used only if GlassWeight is above 0
+// \param share         directional albedo of the specular lobe
+// \param glass_cosine  dot(wo, normal) with the normal for which `of_glass` was computed
+// \param of_glass      [in] without the film, [out] with it; used only if GlassWeight is above 0
 SHARED_FN void AddFilm(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(BsdfInput) surface,
                        SHARED_IN(SurfaceLayers) layers, vec3 wo, vec2 alphas,
                        SHARED_IN(SchlickShare) share, float glass_cosine,
@@ -246,7 +246,7 @@ SHARED_FN void AddFilm(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(BsdfInput) surface,
   FilmMeans means = MeansOfFilm(bsdf, local, alphas);
   bsdf.film_mean = means.metal * bsdf.film_metal + means.boundary * bsdf.film_boundary;
 
-  // As MakeBsdf does without a film, with the mean in place of f0 and f90.
+  // Computed like the lobes in MakeBsdf, with the film's mean reflectance in place of f0 and f90.
   float all = share.scale + share.offset;
   float loss = 1.0f / all - 1.0f;
   float plain_f0 = MaxComponent(bsdf.film_f0);
@@ -270,7 +270,7 @@ SHARED_FN void AddFilm(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(BsdfInput) surface,
 
 // Adds the layers to a Bsdf.
 // \param alphas         SpecularAlphas
-// \param share          of the specular lobe
+// \param share          directional albedo of the specular lobe
 // \param glass_covered  CoverTransmittance above glass
 SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layers, vec2 alphas,
                          SHARED_IN(LayerShares) shares, SHARED_IN(SchlickShare) share,
@@ -283,7 +283,7 @@ SHARED_FN void AddLayers(SHARED_INOUT(Bsdf) bsdf, SHARED_IN(SurfaceLayers) layer
   bsdf.coat_alpha = layers.coat_alpha;
   bsdf.coat_scale = layers.coat * CoatCompensation(shares.coat);
   bsdf.coat_albedo = bsdf.coat_scale * (kCoatF0 * shares.coat.scale + shares.coat.offset);
-  // Sheen that would reflect more than there is, is scaled to reflect everything.
+  // A sheen albedo above 1 is scaled to 1.
   bsdf.sheen = layers.sheen_colour * (max(1.0f - bsdf.coat_albedo, 0.0f) / max(shares.sheen, 1.0f));
   bsdf.sheen_albedo = bsdf.sheen * shares.sheen;
   bsdf.sheen_alpha = SheenAlpha(layers.sheen_roughness);
@@ -322,7 +322,7 @@ SHARED_FN Bsdf MakeBsdf(SHARED_IN(BsdfInput) surface, SHARED_IN(SurfaceLayers) l
   // A boundary with almost no reflectance has none at grazing incidence either.
   float boundary_f90 = min(50.0f * ior_f0, 1.0f) * layers.specular;
   float loss = 1.0f / (share.scale + share.offset) - 1.0f;
-  // The largest component, so that light below a coloured boundary stays without colour.
+  // The largest component, so that a coloured boundary does not tint the light below it.
   float most_f0 = MaxComponent(boundary_f0);
   float reflected = (1.0f + most_f0 * loss) * (most_f0 * share.scale + boundary_f90 * share.offset);
   bsdf.diffuse_share = base * max(1.0f - reflected, 0.0f);

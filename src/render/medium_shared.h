@@ -11,34 +11,34 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Collisions of a path with media; then it ends. An infinitely deep body of albedo 0.995
-// (multi-scatter colour 0.85) loses 0.7% of its light.
+// Maximum number of medium collisions of a path. An infinitely deep body of albedo 0.995
+// (multi-scatter colour 0.85) loses 0.7% of its light by this limit.
 const int kMaxCollisions = 256;
 // Collisions before Russian roulette starts.
 const int kRouletteCollisions = 3;
 
-// The part of light that survives one collision, from the part that survives all of them in a thick
-// body, as the extension has it. It is the inverse of van de Hulst's albedo of a half space,
-// (1 - s) (1 - 0.139 s) / (1 + 1.17 s) with s = sqrt(1 - albedo).
+// Single-scattering albedo from the multi-scatter albedo of a thick body, as the extension defines
+// it: the inverse of van de Hulst's albedo of a half space, (1 - s) (1 - 0.139 s) / (1 + 1.17 s)
+// with s = sqrt(1 - albedo).
 SHARED_FN float SingleScatterAlbedo(float multi) {
   float s =
       4.09712f + 4.20863f * multi - sqrt(9.59217f + 41.6808f * multi + 17.7126f * multi * multi);
   return clamp(1.0f - s * s, 0.0f, 1.0f);
 }
 
-// How far light flies through a medium.
+// A sampled free path through a medium.
 struct Flight {
   float distance;
-  vec3 weight;  // of the light that collides there, or passes
+  vec3 weight;  // throughput factor for the collision, or for passing the medium
   int collides;
 };
 
-// Samples the free path by the extinction of one colour, which is chosen in proportion to `share`;
-// the light of all colours is weighted by the balance heuristic over that choice (Veach 1997), so
-// that no weight exceeds 1 / share of the colour.
+// Samples the free path by the extinction of one colour channel, selected in proportion to `share`.
+// All channels are weighted by the balance heuristic over that selection (Veach 1997), which bounds
+// the weight of a channel by 1 / share.
 // \param extinction  per unit length; \param albedo  SingleScatterAlbedo
-// \param share       of the colours in the light; not negative
-// \param far         distance at which the medium ends
+// \param share       relative throughput of the colour channels; not negative
+// \param far         distance to the end of the medium
 SHARED_FN Flight FlyThrough(vec3 extinction, vec3 albedo, vec3 share, float far, float u0,
                             float u1) {
   float sum = share.x + share.y + share.z;
@@ -59,7 +59,8 @@ SHARED_FN Flight FlyThrough(vec3 extinction, vec3 albedo, vec3 share, float far,
   return flight;
 }
 
-// Cosine of the deflection by the phase function of Henyey and Greenstein (1941), of mean g.
+// Samples the cosine of the scattering angle of the Henyey-Greenstein (1941) phase function with
+// mean cosine g.
 SHARED_FN float SampleDeflection(float g, float u) {
   if (abs(g) < 1e-3f) {
     return 1.0f - 2.0f * u;
@@ -68,7 +69,7 @@ SHARED_FN float SampleDeflection(float g, float u) {
   return clamp((1.0f + g * g - s * s) / (2.0f * g), -1.0f, 1.0f);
 }
 
-// The direction into which light that flies along `direction` is scattered.
+// Samples the scattered direction of light that travels along `direction`.
 SHARED_FN vec3 SampleScattering(vec3 direction, float g, float u0, float u1) {
   float cosine = SampleDeflection(g, u0);
   float sine = sqrt(max(1.0f - cosine * cosine, 0.0f));

@@ -12,19 +12,19 @@ namespace stillray::render {
 
 struct CameraPair {
   CameraView now;
-  CameraView before;  ///< at the previous frame's moment
+  CameraView before;  ///< camera at the moment of the previous frame
 };
 
-/// The camera of a pose, for a picture of this size in pixels: a pinhole without shift.
+/// The pinhole camera of a pose, without shift, for an image of width x height pixels.
 CameraView ViewOf(const CameraPose& pose, int width, int height);
 
-/// \param state   at this moment
+/// \param state   scene state at this moment
 /// \param moment  checked (CheckMoment)
 CameraPair CamerasOf(const SceneState& state, const RenderMoment& moment, int width, int height);
 
 /// Sets the lenses of both cameras.
-/// \param state  as given to CamerasOf
-/// \param lens   of the moment's camera (LensOf)
+/// \param state  the argument of CamerasOf
+/// \param lens   lens of the moment's camera (LensOf)
 void SetLens(const SceneState& state, const Lens& lens, CameraPair* cameras);
 
 /// Whether any surface may transmit light by refraction.

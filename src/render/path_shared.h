@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The steps of a path, one surface at a time.
+// The steps of a path, one vertex at a time.
 //
-// At every surface light is sampled both by a shadow ray to a light and by the scattered ray,
-// combined by multiple importance sampling (Veach 1997), or by one of the two alone. The diffuse
-// and specular lobes of the first surface are kept separate: the path beyond carries one weight for
-// each. Frames that separate transmitted light have a second path in pixels of smooth glass and of
-// alpha-blended layers: for the reflection, or for what lies behind the first layer.
+// At every vertex direct light is estimated by light sampling (a shadow ray) and by BSDF sampling
+// (the scattered ray), combined by multiple importance sampling (Veach 1997), or by one strategy
+// alone. The diffuse and specular lobes of the first surface are kept separate: the path carries
+// one weight for each. Frames that separate transmitted light trace a second path in pixels of
+// smooth glass and of alpha-blended layers: for the reflection, or for the layers behind the first
+// one.
 #ifndef STILLRAY_RENDER_PATH_SHARED_H
 #define STILLRAY_RENDER_PATH_SHARED_H
 
@@ -19,53 +20,53 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Limit for events that do not count as bounces (ideally smooth glass, surfaces passed).
+// Maximum number of scattering events that do not count as bounces (ideally smooth glass,
+// undeflected passes).
 const int kMaxFreeEvents = 24;
-// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): GGX alpha of a
-// surface is at least this times the largest mean alpha of the earlier surfaces on the path, where
-// a surface's mean is taken over its lobes weighted by their share of light and diffuse counts as
-// 1. Ideally smooth thin sheets are unchanged.
+// Path-space regularisation (SVGF, section 3; after Kaplanyan and Dachsbacher 2013): the GGX alpha
+// of a surface is at least this factor times the largest mean alpha of the earlier path vertices.
+// The mean of a vertex is weighted by the selection probabilities of its lobes, with diffuse lobes
+// at 1. Ideally smooth thin sheets are unchanged.
 const float kRegularisation = 0.3f;
 // Bounces before Russian roulette starts.
 const int kRouletteBounces = 3;
 const float kLeastSurvival = 0.05f;
-// Shadow rays end at this fraction of the distance to their light.
+// Length of shadow rays as a fraction of the distance to the light.
 const float kShadowEnd = 1.0f - 1e-5f;
 
-// By LightSampling.
+// Values of LightSampling.
 const int kSampleNone = 0;
 const int kSampleBsdf = 1;
 const int kSampleLight = 2;
 const int kSampleMis = 3;
 
-// Properties of the light that a path finds, as bits.
+// Properties of the light that a path collects, as bits.
 const int kLightDirect = 1;
-// The glass of the first surface has transmitted its specular part.
+// Transmitted by the specular lobe of the first surface, which is glass.
 const int kLightTransmitted = 2;
-// It comes from behind an alpha-blended surface, where the path has started.
+// From behind an alpha-blended surface: the path started at a later layer.
 const int kLightBehind = 4;
 
-// A path between two surfaces.
+// State of a path between two vertices.
 struct PathState {
-  vec3 throughput;    // after the first surface
-  float density;      // of the ray per solid angle; 0: ideally smooth
-  vec3 diffuse;       // weights of the first surface's lobes for light beyond it
+  vec3 throughput;    // throughput after the first surface
+  float density;      // PDF of the ray per solid angle; 0: ideally smooth lobe
+  vec3 diffuse;       // throughput of the first surface's lobes, for light from beyond it
   float light_total;  // TotalOf the light choices at the point where `density` was sampled
   vec3 specular;
-  float roughest;       // for regularisation
-  vec3 extinction;      // per unit length, of the solid around the path
-  int collisions;       // with media so far
-  vec3 scatter_albedo;  // of the solid around the path; 0: light is only absorbed
+  float roughest;       // largest mean alpha so far, for regularisation
+  vec3 extinction;      // extinction coefficient of the solid around the path, per unit length
+  int collisions;       // number of medium collisions so far
+  vec3 scatter_albedo;  // single-scattering albedo of that solid; 0: absorption only
   float scatter_anisotropy;
-  vec3 origin;  // the last point with a finite scattering density, or the camera
-  int step;     // number of surfaces and media met so far
+  vec3 origin;  // last vertex that deflected the path, or its first vertex
+  int step;     // number of surface and medium steps so far
   vec3 normal;  // shading normal at `origin`
-  int bounces;  // number of them that scattered, without the first
+  int bounces;  // number of scattering events after the first surface
   int free_events;
-  int first;  // until it scatters: 1 + the lobes of the first surface that it samples
-              // (kAllLobes...)
-  int light;  // kLight...: properties of light that is hit now
-  uint seed;  // of the pixel's random numbers
+  int first;  // at the first surface: 1 + the subset of lobes to sample (kAllLobes...); 0 after it
+  int light;  // kLight...: properties of the light that the next hit contributes
+  uint seed;  // seed of the pixel's random numbers
 };
 
 SHARED_FN PathState StartPath(uint seed) {
@@ -91,7 +92,8 @@ SHARED_FN PathState StartPath(uint seed) {
   return path;
 }
 
-// Weighted light that a ray found; it counts if the shadow ray is unoccluded.
+// Weighted contribution of a ray; for light sampling it counts only if the shadow ray is
+// unoccluded.
 struct FoundLight {
   vec3 diffuse;
   vec3 specular;
@@ -103,7 +105,7 @@ struct PathRay {
   vec3 direction;
 };
 
-// NaN, infinite or negative light must not get into the picture.
+// NaN, infinite and negative contributions must not reach the image.
 SHARED_FN bool IsUsableLight(vec3 v) {
   return v.x >= 0.0f && v.y >= 0.0f && v.z >= 0.0f && v.x + v.y + v.z <= kLargestFloat;
 }
@@ -113,8 +115,8 @@ SHARED_FN float ExtinctionOf(float colour, float distance) {
   return -log(clamp(colour, kDarkest, 1.0f)) / distance;
 }
 
-// Extinction of the medium that a ray from the surface enters; `below`: on the far side from the
-// viewer.
+// Extinction of the medium that a ray leaving the surface enters. `below`: the ray leaves on the
+// side opposite to the viewer.
 SHARED_FN vec3 ExtinctionBeyond(vec3 here, SHARED_IN(ShadingPoint) at, bool below) {
   if (!below || at.solid == 0) {
     return here;
@@ -134,7 +136,8 @@ SHARED_FN vec3 Absorb(vec3 absorption, float distance) {
   return absorption == vec3(0.0f) ? vec3(1.0f) : exp(-absorption * min(distance, kFar));
 }
 
-// Enters the medium that a ray from the surface enters; `below`: on the far side from the viewer.
+// Updates the medium of the path for a ray that leaves the surface. `below`: the ray leaves on the
+// side opposite to the viewer.
 SHARED_FN void EnterMedium(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at, bool below) {
   path.extinction = ExtinctionBeyond(path.extinction, at, below);
   if (!below || at.solid == 0) {
@@ -149,8 +152,9 @@ SHARED_FN void EnterMedium(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
   }
 }
 
-// Weight of light hit by the scattered ray, which light sampling finds with `light_density`.
-// \param density   of the ray; 0: ideally smooth, so that no shadow ray can follow it
+// MIS weight of light hit by the scattered ray, for which light sampling has the PDF
+// `light_density`.
+// \param density   PDF of the ray; 0: ideally smooth, so that light sampling cannot generate it
 // \param sampling  kSample...
 SHARED_FN float ScatterWeight(float density, float light_density, int sampling) {
   if (density <= 0.0f || sampling <= kSampleBsdf) {
@@ -162,7 +166,7 @@ SHARED_FN float ScatterWeight(float density, float light_density, int sampling) 
   return MisWeight(density, light_density);
 }
 
-// Weight of a sampled light, whose direction the BSDF samples with `density`; 0: does not count.
+// MIS weight of a sampled light, for whose direction BSDF sampling has the PDF `density`.
 // \param delta  1: scattered rays cannot hit the light
 SHARED_FN float SoughtWeight(float light_density, float density, int delta, int sampling) {
   if (sampling == kSampleBsdf) {
@@ -171,8 +175,9 @@ SHARED_FN float SoughtWeight(float light_density, float density, int delta, int 
   return delta != 0 || sampling == kSampleLight ? 1.0f : MisWeight(light_density, density);
 }
 
-// `found`, scaled so that no component of its sum exceeds `most`; 0: no limit. Both lobes keep
-// their share and their hue. A limit of the luminance would let saturated blue pass at 14 times it.
+// Firefly clamping: scales `found` so that no component of its sum exceeds `most`; 0: no limit.
+// Both lobes keep their share and hue. A limit on luminance would admit saturated blue at 14 times
+// the limit.
 SHARED_FN FoundLight ClampLight(FoundLight found, float most) {
   float largest = MaxComponent(found.diffuse + found.specular);
   if (most > 0.0f && largest > most) {
@@ -189,7 +194,8 @@ SHARED_FN float LeastAlpha(SHARED_IN(PathState) path) {
   return alpha > kSmoothAlpha ? alpha : 0.0f;
 }
 
-// Pixels whose transmitted light is separate have two paths; the parts that they trace.
+// Restricts a path to one of the two parts that are traced in pixels with separate transmitted
+// light.
 // \param part     0 or 1
 // \param layered  the pixel has several layers: its path starts at the first one or, with
 //     `weight`, at a later one
@@ -202,14 +208,14 @@ SHARED_FN void StartPart(SHARED_INOUT(PathState) path, int part, bool layered, f
   }
 }
 
-// Indices of kinds of light in a frame, by SignalKind.
+// Signal indices in a frame, by SignalKind.
 const int kDirectDiffuse = 0;
 const int kIndirectDiffuse = 1;
 const int kDirectSpecular = 2;
 const int kIndirectSpecular = 3;
 const int kDirectTransmission = 4;
 const int kIndirectTransmission = 5;
-// Number of kinds in frames without and with transmitted light of its own kind.
+// Number of signals in frames without and with separate transmitted light.
 const int kSurfaceSignals = 4;
 const int kAllSignals = 6;
 
@@ -217,15 +223,15 @@ SHARED_FN int DiffuseKind(int light) {
   return (light & kLightDirect) != 0 ? kDirectDiffuse : kIndirectDiffuse;
 }
 
-// Of specular light.
+// Signal index of specular light.
 SHARED_FN int SpecularKind(int light) {
   bool transmitted = (light & (kLightTransmitted | kLightBehind)) != 0;
   int direct = transmitted ? kDirectTransmission : kDirectSpecular;
   return (light & kLightDirect) != 0 ? direct : direct + 1;
 }
 
-// The light of both lobes as the frame stores it: all light from behind an alpha-blended surface
-// has the kind of transmitted light.
+// Assigns the contributions of both lobes to signals: all light from behind an alpha-blended
+// surface is transmitted light.
 SHARED_FN FoundLight SortLight(FoundLight found, int light) {
   if ((light & kLightBehind) != 0) {
     found.specular += found.diffuse;
@@ -234,24 +240,25 @@ SHARED_FN FoundLight SortLight(FoundLight found, int light) {
   return found;
 }
 
-// The lobes of the surface that the path has met which it samples.
+// The subset of lobes that the path samples at the current surface.
 SHARED_FN int PartOfBsdf(SHARED_IN(PathState) path) {
   return max(path.first - 1, kAllLobes);
 }
 
-// Whether light from there is that which glass transmits, of a path for it alone.
+// Whether a direction carries separate transmitted light of glass. \param local_z  z of the
+// direction
 SHARED_FN bool IsTransmitted(SHARED_IN(PathState) path, float local_z) {
   return PartOfBsdf(path) == kLobesWithoutReflection && local_z < 0.0f;
 }
 
-// Properties of light that is sampled at a surface. \param local_z  of its direction
+// Properties of light sampled at a surface. \param local_z  z of its direction
 SHARED_FN int LightSoughtBy(SHARED_IN(PathState) path, float local_z) {
   int light = path.light & ~kLightDirect;
   light |= path.first != 0 ? kLightDirect : 0;
   return light | (IsTransmitted(path, local_z) ? kLightTransmitted : 0);
 }
 
-// Light that the path's ray hit.
+// Contribution of emitted radiance hit by the path's ray.
 SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
   vec3 light = path.throughput * radiance;
   FoundLight found;
@@ -260,9 +267,9 @@ SHARED_FN FoundLight LightMet(SHARED_IN(PathState) path, vec3 radiance) {
   return found;
 }
 
-// Light of a sampled light source.
-// \param value    of the BSDF for its direction
-// \param local_z  of that direction
+// Contribution of light sampling.
+// \param value    value of the BSDF for the light's direction
+// \param local_z  z of that direction
 // \param weight   MIS weight of this strategy
 SHARED_FN FoundLight LightSought(SHARED_IN(PathState) path, SHARED_IN(ShadingPoint) at,
                                  SHARED_IN(LightSample) light, SHARED_IN(BsdfValue) value,
@@ -302,7 +309,7 @@ SHARED_FN bool IsBlack(SHARED_IN(Bsdf) bsdf) {
   return bsdf.pick_diffuse + bsdf.pick_specular + bsdf.pick_glass + of_layers <= 0.0f;
 }
 
-// Whether light sampling is possible: ideally smooth lobes do not take part.
+// Whether light sampling is possible: at least one lobe must not be ideally smooth.
 SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int most_bounces,
                             int sampling) {
   bool any_rough = bsdf.pick_diffuse > 0.0f || bsdf.specular_alpha > 0.0f ||
@@ -312,7 +319,7 @@ SHARED_FN bool MaySeekLight(SHARED_IN(PathState) path, SHARED_IN(Bsdf) bsdf, int
   return sampling != kSampleNone && any_rough && (path.first != 0 || path.bounces < most_bounces);
 }
 
-// The mean alpha of the lobes, weighted by their share of light.
+// Mean alpha of the lobes, weighted by their selection probabilities.
 SHARED_FN float MeanAlpha(SHARED_IN(Bsdf) bsdf) {
   float mean = bsdf.pick_diffuse + bsdf.pick_specular * SpecularMeanAlpha(bsdf) +
                bsdf.pick_glass * bsdf.glass_alpha;
@@ -321,8 +328,8 @@ SHARED_FN float MeanAlpha(SHARED_IN(Bsdf) bsdf) {
              : mean;
 }
 
-// Samples the next ray and updates the path's weight. Returns whether the path continues.
-// \param direction  [out] of the next ray
+// Samples the next ray and updates the throughput. Returns whether the path continues.
+// \param direction  [out] direction of the next ray
 SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint) at,
                            SHARED_IN(Bsdf) bsdf, vec4 u, int most_bounces,
                            SHARED_INOUT(vec3) direction) {
@@ -356,7 +363,7 @@ SHARED_FN bool ScatterPath(SHARED_INOUT(PathState) path, SHARED_IN(ShadingPoint)
     path.light |= kLightDirect | (IsTransmitted(path, drawn.wi.z) ? kLightTransmitted : 0);
   } else {
     path.throughput *= drawn.diffuse + drawn.specular;
-    // A sheet passed undeflected does not make light indirect: shadow rays pass it too.
+    // Light through an undeflecting sheet stays direct: shadow rays pass the sheet too.
     path.light = drawn.kind == kScatterStraight ? path.light : path.light & ~kLightDirect;
   }
   EnterMedium(path, at, drawn.wi.z < 0.0f);
@@ -386,23 +393,24 @@ SHARED_FN bool SurvivesRoulette(SHARED_INOUT(PathState) path, float u) {
   return true;
 }
 
-// Whether light is scattered in the medium around the path.
+// Whether the medium around the path scatters light.
 SHARED_FN bool IsInScatteringMedium(SHARED_IN(PathState) path) {
   return path.scatter_albedo != vec3(0.0f);
 }
 
-// What happens to a path in a medium.
+// Outcome of CrossMedium.
 const int kMediumPasses = 0;
 const int kMediumScatters = 1;
 const int kMediumEnds = 2;
 
-// Moves the path through the medium around it. All collisions of a path count as one bounce
-// together: they make one surface-like appearance, and dense media need hundreds. No light is
-// sampled at a collision, since shadow rays end at the boundary; scattered rays find it.
-// \param far        distance of the surface that its ray hits
-// \param u          MediumDimensions; \param roulette  another number
-// \param direction  of the ray, then of the next one if the path is scattered
-// \param distance   [out] of the collision
+// Advances the path through the medium around it. All collisions of a path together count as one
+// bounce, since subsurface scattering looks like one surface and dense media need hundreds of
+// collisions. There is no light sampling at collisions, since the boundary blocks shadow rays;
+// scattered rays reach the lights.
+// \param far        distance to the next surface along the ray
+// \param u          random numbers of MediumDimensions; \param roulette  random number
+// \param direction  direction of the ray; replaced by the scattered direction
+// \param distance   [out] distance to the collision
 // \return kMedium...
 SHARED_FN int CrossMedium(SHARED_INOUT(PathState) path, float far, vec4 u, float roulette,
                           int most_bounces, SHARED_INOUT(vec3) direction,

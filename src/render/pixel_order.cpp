@@ -10,7 +10,7 @@
 namespace stillray::render {
 namespace {
 
-/// Pairs (a, b) as fractions of 2^32: that of the plastic number, and others found by random
+/// Pairs (a, b) as fractions of 2^32: the pair of the plastic number, and pairs found by random
 /// search. The minimum of |p|^2 |a x + b y - z| over all p = (x, y) up to 40 pixels long and
 /// integer z is between 0.211 and 0.245.
 constexpr uint32_t kPairs[][2] = {
@@ -23,7 +23,7 @@ constexpr uint32_t kPairs[][2] = {
 constexpr uint32_t kPairCount = sizeof(kPairs) / sizeof(kPairs[0]);
 
 /// Cycles from which cells of 2x2 and 4x4 pixels are used: cells cover at most a quarter of a
-/// frame's mean area per traced pixel, so that the position within the cell does not spoil the
+/// frame's mean area per traced pixel, so that the position within the cell does not degrade the
 /// distribution of the cells.
 constexpr uint32_t kCycleOfCells2 = 16;
 constexpr uint32_t kCycleOfCells4 = 64;
@@ -37,8 +37,8 @@ uint64_t WindowStart(uint64_t f, uint64_t cycle) {
   return ((f << 32) + cycle - 1) / cycle;
 }
 
-/// Slots of a cell in the order of Bayer's matrix: any four consecutive ones lie in its four
-/// quarters, also after an exclusive or of the slot with a constant.
+/// Slots of a cell in the order of Bayer's matrix: any four consecutive slots lie in its four
+/// quarters, also if slots are XORed with a constant.
 PixelPosition PlaceOfSlot(uint32_t slot, int cell_bits) {
   PixelPosition place;
   for (int bit = cell_bits - 1; bit >= 0; --bit, slot >>= 2) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Guides::previous_normal of a surface that turns with its instance, or deforms.
+// Guides::previous_normal of surfaces that rotate with their instance or deform.
 #ifndef STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
 #define STILLRAY_RENDER_PREVIOUS_NORMAL_SHARED_H
 
@@ -18,10 +18,10 @@ struct LinearRows {
   vec3 z;
 };
 
-// The normal n one frame ago; zero, "as now", if the instance does not turn. Normals are
-// transformed by the inverse transpose: the transpose of `now` leads back to the instance's space,
-// up to a positive factor, and the cofactors of `before` are its inverse transpose times its
-// determinant.
+// The previous-frame normal of n; zero, meaning unchanged, if the linear part of the transform is
+// unchanged. Normals are transformed by the inverse transpose: the transpose of `now` transforms
+// back to object space, up to a positive factor, and the cofactors of `before` are its inverse
+// transpose times its determinant.
 SHARED_FN vec3 PreviousNormal(SHARED_IN(LinearRows) now, SHARED_IN(LinearRows) before, vec3 n) {
   if (now.x == before.x && now.y == before.y && now.z == before.z) {
     return vec3(0.0f);
@@ -34,15 +34,14 @@ SHARED_FN vec3 PreviousNormal(SHARED_IN(LinearRows) now, SHARED_IN(LinearRows) b
                        vec3(0.0f));
 }
 
-// The direction of the surface at a hit: the interpolated normal, unit length, and an edge of the
-// triangle.
+// Tangent frame of a hit: the interpolated normal, unit length, and an edge of the triangle.
 struct SurfaceFrame {
   vec3 normal;
   vec3 edge;
 };
 
-// The same for a surface that deforms: n keeps its place in the frame of the interpolated normal
-// and of the edge. Without a normal map this is the interpolated normal itself.
+// The previous-frame normal of n on a deforming surface: n is constant relative to the
+// SurfaceFrame. Without a normal map the result is the interpolated normal of the previous frame.
 SHARED_FN vec3 DeformedNormal(SHARED_IN(SurfaceFrame) now, SHARED_IN(SurfaceFrame) before, vec3 n) {
   if (now.normal == before.normal && now.edge == before.edge) {
     return n;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Guides::previous_normal of a finished frame on the host.
+/// Guides::previous_normal of frames in host memory.
 #pragma once
 
 #include "render/scene_state.h"
@@ -9,15 +9,15 @@
 
 namespace stillray::render {
 
-/// The normal n of a surface that deforms, one frame ago.
+/// The previous-frame normal of n on a deforming surface.
 vec3 PreviousNormalAt(const PlacedInstance& instance, const Hit& hit, vec3 n);
 
-/// Makes the plane before the frame is traced; empty if no instance of the scene can turn.
+/// Allocates the plane before the frame is traced; empty if no instance of the scene can rotate.
 void PreparePreviousNormals(const SceneState& state, Frame* frame);
 
-/// Sets the plane from the ids and normals of the frame, except where an instance has changed its
-/// shape: there tracing has stored them. The normal of all others depends on their instance alone,
-/// so that no path needs it.
+/// Computes the plane from the ids and normals of the finished frame, except on instances whose
+/// shape has changed: tracing has stored their normals. All other previous normals depend only on
+/// the instance, so that tracing need not compute them.
 void StorePreviousNormals(const SceneState& state, Frame* frame);
 
 }  // namespace stillray::render

@@ -30,7 +30,7 @@ void MakeCameraRays(const CameraView& camera, const vec2* points, int count, Ray
   rays->count = count;
 }
 
-/// The same through a point of the lens each.
+/// Primary rays through one point of the lens each.
 void MakeLensRays(const CameraView& camera, const vec2* points, const vec2* lenses, int count,
                   RayBatch* rays) {
   rays->count = 0;
@@ -40,7 +40,7 @@ void MakeLensRays(const CameraView& camera, const vec2* points, const vec2* lens
   }
 }
 
-/// Adds the surface to the pixel. Returns whether the ray continues.
+/// Adds a layer to the pixel. Returns whether the ray continues behind it.
 bool AddLayer(const Hit& hit, float opacity, PrimaryPixel* pixel) {
   if (!(opacity > 0.0f)) {
     return true;
@@ -98,7 +98,7 @@ void FindPrimarySurfaces(const TraceContext& context, const vec2* points, const 
       const int owner = scratch->owner[i];
       PrimaryPixel* pixel = &pixels[owner];
       if (AddLayer(hit, context.state.Opacity(hit), pixel)) {
-        // Never ahead of the ray that is read.
+        // In place: rays written so far never outnumber rays read so far.
         scratch->owner[scratch->rays.count] = owner;
         scratch->rays.Push(OriginBehind(context.state, hit, pixel->direction), pixel->direction,
                            kInfinity);

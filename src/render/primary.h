@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The visible surfaces of a tile's pixels: a stack per pixel, since alpha-blended ones are partly
-/// transparent.
+/// The surfaces hit by the primary rays of a tile: a stack of layers per pixel, since alpha-blended
+/// surfaces are partly transparent.
 #pragma once
 
 #include "render/primary_shared.h"
@@ -12,19 +12,19 @@ namespace stillray::render {
 
 struct PrimaryLayer {
   Hit hit;
-  float weight = 0;  ///< fraction of the pixel
+  float weight = 0;  ///< coverage as a fraction of the pixel
 };
 
 /// The weights of a pixel's layers and its background sum to 1.
 struct PrimaryPixel {
   vec3 direction;
-  vec2 lens = vec2(0.0f);  ///< point of the aperture, in the unit circle
+  vec2 lens = vec2(0.0f);  ///< point of the aperture, in the unit disk
   int count = 0;
   float background = 0;
   PrimaryLayer layers[kMaxLayers];
 };
 
-/// The visible surface of a pixel, if there is only one.
+/// The visible surface and BSDF of a pixel with a single layer.
 struct FirstSurface {
   Surface surface;
   Bsdf bsdf;
@@ -34,12 +34,12 @@ struct FirstSurface {
 struct RayScratch {
   RayBatch rays;
   HitBatch hits;
-  int owner[kBatchCapacity];  // of each ray
+  int owner[kBatchCapacity];  // pixel index of each ray
 };
 
-/// \param points  positions of the rays in the picture, in pixels; at most kBatchCapacity
-/// \param lenses  points of the aperture (LensPoint), one for each; null for a pinhole
-/// \param pixels  [out] one for each
+/// \param points  image positions of the primary rays in pixels; at most kBatchCapacity
+/// \param lenses  points of the aperture (LensPoint), one per ray; null for a pinhole
+/// \param pixels  [out] one per ray
 void FindPrimarySurfaces(const TraceContext& context, const vec2* points, const vec2* lenses,
                          int count, RayScratch* scratch, PrimaryPixel* pixels,
                          RenderTimings* timings);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Limits for the surfaces that a camera ray passes.
+// Limits on the surfaces along a primary ray.
 #ifndef STILLRAY_RENDER_PRIMARY_SHARED_H
 #define STILLRAY_RENDER_PRIMARY_SHARED_H
 
@@ -11,9 +11,9 @@
 
 STILLRAY_RENDER_BEGIN
 
-// A ray that passes more surfaces than this, all cut out by their masks, hits the background.
+// Maximum number of alpha cut-outs along a primary ray; beyond it the ray hits the background.
 const int kMaxPasses = 256;
-// Maximum number of layers of a pixel; the last one takes the remaining weight.
+// Maximum number of layers of a pixel; the last layer receives the remaining weight.
 const int kMaxLayers = 8;
 
 STILLRAY_RENDER_END

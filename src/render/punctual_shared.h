@@ -16,20 +16,20 @@ const int kLightPoint = 0;
 const int kLightSpot = 1;
 const int kLightDirectional = 2;
 
-// A light at one moment.
+// A punctual light at one moment.
 struct PunctualSource {
   vec3 position;
   int type;
-  vec3 axis;  // unit: direction of emission
+  vec3 axis;  // unit direction of emission
   float range;
   vec3 intensity;
-  float inner_cosine;  // of a spot light's cones
+  float inner_cosine;  // cosine of a spot light's inner cone angle
   float outer_cosine;
   uint unused_0, unused_1, unused_2;
 };
 
-// Attenuation by the light's range at `distance`, to be divided by its square: the extension's
-// recommended max(min(1 - (d / range)^4, 1), 0). Infinite range: 1.
+// Attenuation by the light's range at `distance`, without the inverse square falloff: the
+// extension's recommended max(min(1 - (d / range)^4, 1), 0). Infinite range: 1.
 SHARED_FN float RangeAttenuation(float distance, float range) {
   float ratio = distance / range;
   float ratio2 = ratio * ratio;

@@ -24,7 +24,7 @@ namespace {
 
 /// Per-thread buffers for rendering one batch of pixels, reused in the next frame.
 struct TileScratch {
-  std::vector<PixelPosition> order;  // the pixels of a region to trace
+  std::vector<PixelPosition> order;  // pixels of a region to trace
   PixelPosition positions[kBatchCapacity];
   int count = 0;
   vec2 points[kBatchCapacity];
@@ -43,7 +43,7 @@ struct TileScratch {
 };
 static_assert(kTileSize * kTileSize <= kBatchCapacity);
 
-/// The albedo that divides light of a SignalKind.
+/// The albedo by which a SignalKind is demodulated.
 vec3 AlbedoOf(const PixelGuides& guides, int kind) {
   if (kind >= kDirectTransmission) {
     return guides.transmission_albedo;
@@ -99,7 +99,7 @@ PixelGuides ToGuides(const LensGuides& mean) {
   return guides;
 }
 
-/// Maps the progress of one part to that of the whole call.
+/// Maps the progress 0..1 of a part to begin..end of the whole call.
 RenderProgress PartOfProgress(const RenderProgress& progress, double begin, double end) {
   if (!progress) {
     return {};
@@ -172,7 +172,7 @@ class PathTracer final : public Renderer {
 
   RenderSettings settings_;
   bool any_transmission_;
-  ImageKinds images_;  // that the scene may show
+  ImageKinds images_;  // virtual images that the scene may contain
   LensMasks masks_;
   SceneState state_;
   BsdfTables bsdfs_;
@@ -250,7 +250,7 @@ void PathTracer::MakeSamplers(SampleStream stream, uint64_t sample, TileScratch*
   }
 }
 
-/// Points of the lens for the samples of MakeSamplers; null for a pinhole.
+/// Returns points of the lens for the samples of MakeSamplers; null for a pinhole.
 const vec2* PathTracer::ChooseLensPoints(const TraceContext& context, TileScratch* scratch) const {
   if (context.camera.lens_radius <= 0.0f) {
     return nullptr;
@@ -262,7 +262,8 @@ const vec2* PathTracer::ChooseLensPoints(const TraceContext& context, TileScratc
   return scratch->lenses;
 }
 
-/// Finds the surfaces that the batch's pixels see, with a lens in this sample.
+/// Traces the primary rays of the batch's pixels and computes their guides; with a lens, for this
+/// sample.
 void PathTracer::FindGuides(const TraceContext& context, const Frame& frame, uint64_t sample,
                             TileScratch* scratch) const {
   const vec2* lenses = nullptr;
@@ -313,8 +314,8 @@ void PathTracer::PreparePlanes(const TraceContext& context, const RenderMoment& 
   PrepareVirtualGuides(settings_, ShownImages(context), frame);
 }
 
-/// Traces the light of the batch's pixels, whose guides in the first sample are known. With a lens
-/// each sample sees its own surfaces: guides become the means over all samples.
+/// Traces the paths of the batch's pixels, whose guides in the first sample have been computed.
+/// With a lens each sample has different primary hits: guides become means over all samples.
 void PathTracer::TraceSamples(const TraceContext& context, const Frame& frame,
                               uint64_t first_sample, TileScratch* scratch) const {
   const bool has_lens = context.camera.lens_radius > 0.0f;
@@ -366,7 +367,7 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
 
 void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileScratch* scratch,
                                      Image3* radiance) const {
-  // Sums of many samples are in double precision, or small ones would be lost.
+  // Sums over many samples need double precision to keep small contributions.
   std::vector<glm::dvec3> sum(static_cast<size_t>(scratch->count), glm::dvec3(0.0));
   RenderTimings* timings = &scratch->timings;
   for (int s = 0; s < spp; ++s) {
@@ -451,8 +452,8 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
                                         StoreTileGuides(context, tile, scratch, frame);
                                       }));
   }
-  // Paths need full packets, which the pixels of a large region fill. With guides everywhere, the
-  // primary rays of these pixels are traced a second time, which is cheap compared with the paths.
+  // Full ray packets need the sampled pixels of a large region. With full guides, the primary rays
+  // of these pixels are traced a second time, which is cheap compared with the paths.
   STILLRAY_RETURN_IF_ERROR(RunTiles(kSparseRegion, PartOfProgress(progress, done, 1),
                                     [&](const Tile& region, TileScratch* scratch) {
                                       RenderRegion(context, order, region, scratch, frame);

@@ -10,8 +10,8 @@ static_assert(static_cast<uint32_t>(SamplerKind::kSobol) == kSamplerSobol &&
 
 namespace {
 
-/// SobolReversed for every value of the low and of the high byte of the index: their exclusive or
-/// is the point, in two steps instead of sixteen.
+/// SobolReversed for every value of the low and of the high byte of the index: the XOR of both
+/// entries is the point, in two steps instead of sixteen.
 struct SobolTables {
   uvec4 low[256];
   uvec4 high[256];

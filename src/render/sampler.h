@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Random numbers of one path: the sequence of its pixel, and its index in it.
+/// Random numbers of one path: the sequence of its pixel, and the sample's index in the sequence.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,26 @@ enum class SampleStream : uint32_t { kFrames = 0, kReference = 1 };
 struct PathSampler {
   SamplerKind kind = SamplerKind::kSobol;
   uint32_t index = 0;  ///< number of the sample within its sequence
-  uint32_t seed = 0;   ///< of the pixel, the stream and the sequence (SamplerSeed)
+  uint32_t seed = 0;   ///< hash of pixel, stream and sequence (SamplerSeed)
 
-  /// Four numbers in [0, 1). \param set  of dimensions: kPrimaryDimensions, kLensDimensions,
+  /// Four numbers in [0, 1). \param set  set of dimensions: kPrimaryDimensions, kLensDimensions,
   /// ScatterDimensions(), LightDimensions()
   vec4 Get(uint32_t set) const;
 };
 
 /// The part of the seed that is common to all pixels (PixelSeed).
 uint32_t StreamSeed(uint64_t seed, SampleStream stream);
-/// The sampler of a stream. References are converged pictures, which need a long sequence. Above
-/// kMostSppOfBlocks a pixel's samples are better stratified among themselves than with its
-/// neighbours' (measured: docs/scenes.md), and kZSobol becomes kSobol.
+/// The sampler of a stream. References are converged images, which need a long sequence. Above
+/// kMostSppOfBlocks, stratification within the pixel has less error than stratification across
+/// neighbouring pixels (measured: docs/scenes.md), and kZSobol becomes kSobol.
 /// \param chosen  RenderSettings::sampler, used for frames
 /// \param spp     RenderSettings::spp
 SamplerKind SamplerOf(SampleStream stream, SamplerKind chosen, int spp);
 inline constexpr int kMostSppOfBlocks = 2;
-/// The number of the pixel's sequence that contains sample `sample`: beyond its length
-/// (2^kSobolBits, 2^kBlockSampleBits or kHaltonPeriod) a new sequence begins, with another scramble
-/// or rotation.
+/// Number of the pixel's sequence that contains sample `sample`. Sequences have a length of
+/// 2^kSobolBits, 2^kBlockSampleBits or kHaltonPeriod and differ in scramble or rotation.
 uint64_t SampleWindow(SamplerKind kind, uint64_t sample);
-/// The index of the sample within that sequence.
+/// Index of the sample within its sequence (SampleWindow).
 uint32_t SampleIndex(uint64_t sample);
 
 /// The sampler of sample number `sample` (counted over all frames) of pixel (x, y).

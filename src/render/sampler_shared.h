@@ -1,20 +1,19 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Where random numbers come from: padded sets of four dimensions, each set decorrelated from the
-// others by hashing.
-//  - Z-order Sobol': blocks of 8x8 pixels share a sequence, so that the samples that a filter
-//    averages are stratified over the pixels too, after Ahmed and Wonka (2020), "Screen-Space
-//    Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels". The
+// Sample sequences: padded sets of four dimensions, decorrelated by hashing.
+//  - Z-order Sobol': blocks of 8x8 pixels share a sequence, which stratifies the samples averaged
+//    by a filter across pixels, after Ahmed and Wonka (2020), "Screen-Space Blue-Noise Diffusion
+//    of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels". The
 //    low bits of a point's index are the pixel's position in Morton order, the high ones the number
 //    of the sample. Hence any aligned 2^k x 2^k or 2^k x 2^(k+1) pixels of a frame have successive
-//    points, and a pixel's samples over time are those of an elementary interval of the sequence's
-//    first dimension, stratified in the others (Gruenschloss, Raab, Keller 2012, "Enumerating
+//    points, and a pixel's samples over time form an elementary interval of the sequence's first
+//    dimension, stratified in the other dimensions (Gruenschloss, Raab, Keller 2012, "Enumerating
 //    Quasi-Monte Carlo Point Sequences in Elementary Intervals").
 //  - Sobol': the first four dimensions with the direction numbers of Joe and Kuo (2008), shuffled
 //    and Owen-scrambled per pixel and set after Burley (2020), "Practical Hash-based Owen
-//    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: give the pair that
-//    matters most those two.
+//    Scrambling". Within a set, dimensions 0 and 1 form a (0,2)-sequence: use them for the most
+//    important pair.
 //  - Halton: cycles of 16 points, as in SVGF (section 3), rotated per pixel and cycle (Cranley
 //    and Patterson 1976).
 #ifndef STILLRAY_RENDER_SAMPLER_SHARED_H
@@ -27,11 +26,11 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Samples of one Sobol' sequence; higher sample numbers change the seed.
+// log2 of the length of one Sobol' sequence; higher sample numbers change the seed.
 const int kSobolBits = 16;
 
-// Direction numbers, least significant bit first: those of dimension 0..5 for bit 0 of the index,
-// then for bit 1, ... Reversed so that the scramble needs no bit reversal.
+// Direction numbers of dimensions 0..5 for bit 0 of the index, then for bit 1, ... Bit-reversed
+// (least significant bit first), so that the scramble needs no bit reversal.
 const int kSobolDimensions = 6;
 const uint kSobolDirections[96] = {
     0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u, 0x00000001u,  //
@@ -87,19 +86,19 @@ SHARED_FN uvec4 SobolReversed(uint index, int first) {
   return point;
 }
 
-// [0, 1): the top 24 bits, exact.
+// Converts the top 24 bits to [0, 1) exactly.
 SHARED_FN float FractionToFloat(uint bits) {
   return float(bits >> 8) * (1.0f / 16777216.0f);
 }
 
-// The number of `bits` bits that takes the place of `index` in the order of this seed. Aligned
-// blocks of 2^k numbers stay aligned blocks.
+// Permutes the index, of `bits` bits, by the seed. Aligned blocks of 2^k indices map to aligned
+// blocks.
 SHARED_FN uint ShuffledIndex(uint index, uint seed, int bits) {
   uint mask = (1u << bits) - 1u;
   return ReverseBits(ScrambleReversed(ReverseBits(index & mask), seed)) & mask;
 }
 
-// Scrambles the coordinates of a point of SobolReversed.
+// Owen-scrambles the coordinates of a point of SobolReversed.
 SHARED_FN vec4 ScramblePoint(uvec4 point, uint seed) {
   return vec4(FractionToFloat(ReverseBits(ScrambleReversed(point.x, HashCombine(seed, 1u)))),
               FractionToFloat(ReverseBits(ScrambleReversed(point.y, HashCombine(seed, 2u)))),
@@ -112,20 +111,21 @@ SHARED_FN vec4 SobolSample(uint index, uint seed) {
   return ScramblePoint(SobolReversed(ShuffledIndex(index, seed, kSobolBits), 0), seed);
 }
 
-// Of Z-order Sobol': bits of a pixel's coordinate in its block, of its position and of the number
-// of a sample.
+// Z-order Sobol': number of bits of a pixel's coordinate in its block, of its position and of the
+// sample index.
 const int kBlockSideBits = 3;
 const int kBlockBits = 2 * kBlockSideBits;
 const int kBlockSampleBits = kSobolBits - kBlockBits;
 const uint kBlockMask = (1u << kBlockBits) - 1u;
-// What is hashed with the seed of a set to shuffle positions and samples; 1 to 4: ScramblePoint.
+// Hash keys for shuffling positions and samples with the seed of a set; ScramblePoint uses 1 to 4.
 const uint kShufflePositions = 5u;
 const uint kShuffleSamples = 6u;
-// Dimension 0 of the sequence distributes the points over the pixels. Of those after it, these four
-// have the least error in still and in moving views (docs/scenes.md).
+// First of the four dimensions in use. Dimension 0 of the sequence distributes the points over the
+// pixels; these four of the later dimensions have the least error in static and moving views
+// (docs/scenes.md).
 const int kBlockFirstDimension = 2;
 
-// Position in Morton order of a pixel in its block.
+// Morton code of a pixel within its block.
 SHARED_FN uint BlockPosition(uint x, uint y) {
   uint position = 0u;
   for (int bit = 0; bit < kBlockSideBits; ++bit) {
@@ -134,8 +134,9 @@ SHARED_FN uint BlockPosition(uint x, uint y) {
   return position;
 }
 
-// The index of the point of sample `index` (< 2^kBlockSampleBits) at this position of a block. Both
-// are shuffled apart, so that the points of a position stay those of one elementary interval.
+// Sequence index of sample `index` (< 2^kBlockSampleBits) at this position of a block. Position and
+// sample index are shuffled separately, so that all points of a position stay in one elementary
+// interval.
 SHARED_FN uint BlockIndex(uint position, uint index, uint seed) {
   return ShuffledIndex(position, HashCombine(seed, kShufflePositions), kBlockBits) |
          (ShuffledIndex(index, HashCombine(seed, kShuffleSamples), kBlockSampleBits) << kBlockBits);
@@ -147,7 +148,7 @@ SHARED_FN vec4 BlockSobolSample(uint position, uint index, uint seed) {
                        seed);
 }
 
-// The digits of `index` in `base`, mirrored at the radix point: in [0, 1).
+// Radical inverse: the digits of `index` in `base`, mirrored at the radix point, in [0, 1).
 SHARED_FN float RadicalInverse(uint index, uint base) {
   float inverse_base = 1.0f / float(base);
   float digit_weight = inverse_base;
@@ -179,8 +180,8 @@ const uint kSamplerSobol = 0u;
 const uint kSamplerHalton16 = 1u;
 const uint kSamplerZSobol = 2u;
 
-// The sets of four dimensions that a path uses: two per ray, one for the primary ray, and beyond
-// those of all rays one for the point of the lens and one per ray in a medium that scatters.
+// Sets of four dimensions used by a path: one for the primary ray, two per ray, then one for the
+// point on the lens and one per ray in a scattering medium.
 const uint kPrimaryDimensions = 0u;
 const uint kLensDimensions = 0x10000u;
 SHARED_FN uint ScatterDimensions(int surface) {
@@ -193,10 +194,9 @@ SHARED_FN uint MediumDimensions(int step) {
   return 0x20000u + uint(step);
 }
 
-// The seed of one sample of a pixel or block. The part common to all pixels comes first:
-// HashCombine of the two halves of the renderer's seed, then the stream. `window`: the number of
-// the sequence of 2^kSobolBits or 2^kBlockSampleBits samples, or of the cycle of kHaltonPeriod; the
-// first one, 0, does not change the seed.
+// The seed of a pixel or block. `stream_seed` is common to all pixels: HashCombine of the two
+// halves of the renderer's seed and the stream. `window`: number of the sequence of 2^kSobolBits or
+// 2^kBlockSampleBits samples, or of the cycle of kHaltonPeriod; window 0 does not change the seed.
 SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint window_high) {
   uint h = HashCombine(HashCombine(stream_seed, x), y);
   if ((window_low | window_high) != 0u) {
@@ -205,8 +205,8 @@ SHARED_FN uint PixelSeed(uint stream_seed, uint x, uint y, uint window_low, uint
   return h;
 }
 
-// What the numbers of a pixel's sample depend on beside its index: PixelSeed, or that of its block
-// with the position in it as the lowest bits.
+// The seed of a pixel's sequence: PixelSeed of the pixel, or PixelSeed of its block with the
+// pixel's position in the lowest bits.
 SHARED_FN uint SamplerSeed(uint kind, uint stream_seed, uint x, uint y, uint window_low,
                            uint window_high) {
   if (kind != kSamplerZSobol) {
@@ -217,7 +217,7 @@ SHARED_FN uint SamplerSeed(uint kind, uint stream_seed, uint x, uint y, uint win
   return (block & ~kBlockMask) | BlockPosition(x, y);
 }
 
-// The two parts of SamplerSeed.
+// The position and block parts of SamplerSeed.
 SHARED_FN uint PositionOfSeed(uint seed) {
   return seed & kBlockMask;
 }

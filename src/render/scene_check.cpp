@@ -107,7 +107,7 @@ Status CheckSkin(const Scene& scene, size_t index) {
   return Status::Ok();
 }
 
-/// \param joint_counts  of each mesh: one more than its largest joint
+/// \param joint_counts  per mesh: one more than its largest joint index
 Status CheckPosed(const Scene& scene, size_t index, const std::vector<size_t>& joint_counts) {
   const Instance& instance = scene.instances[index];
   const Mesh& mesh = scene.meshes[static_cast<size_t>(instance.mesh)];
@@ -177,7 +177,7 @@ Status CheckTexture(const Scene& scene, size_t index) {
   return Status::Ok();
 }
 
-/// A factor of a material, with its largest value.
+/// A factor of a material and its maximum.
 struct Factor {
   const char* name;
   float value;
@@ -187,7 +187,7 @@ struct Factor {
 Status CheckLayers(const Material& material, const std::string& name) {
   const vec3 specular = material.specular_color;
   constexpr float kMost = std::numeric_limits<float>::max();
-  constexpr float kThickestFilm = 1e6f;  // nm; interference is long gone
+  constexpr float kThickestFilm = 1e6f;  // nm; far beyond visible interference
   const vec3 scatters = material.multiscatter_color;
   const Factor factors[] = {
       {"multi-scatter colour", scatters.x, 1.0f},
@@ -266,7 +266,7 @@ Status CheckEnvironment(const Environment& environment) {
     return Status::InvalidArgument(fmt::format(
         "environment: radiance is ({}, {}, {}), expected finite and at least 0", e.x, e.y, e.z));
   }
-  // Texels and sums are indexed by an int, three each.
+  // Texels and sums are indexed by an int, with three values per texel.
   constexpr int64_t kMostTexels = int64_t{1} << 29;
   const int64_t texels = int64_t{environment.map.width()} * environment.map.height();
   if (texels > kMostTexels) {

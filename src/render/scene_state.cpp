@@ -22,7 +22,7 @@ void Place(PlacedInstance* instance, const mat4& world) {
 
 /// Maximum number of triangles copied for repeated meshes: about half a gigabyte.
 constexpr size_t kMaxCopiedTriangles = 4'000'000;
-/// A smaller mesh takes less memory as a copy than as an instance.
+/// Smaller meshes take less memory as copies than as instances.
 constexpr size_t kMinSharedTriangles = 64;
 
 template <typename T>
@@ -33,7 +33,7 @@ T Interpolate(const Mesh& mesh, const Hit& hit, const std::vector<T>& values) {
 }
 
 /// Nodes with an animated transform, or with an animated ancestor.
-/// \param turns  only those whose rotation or scale is animated
+/// \param turns  only nodes with animated rotation or scale
 std::vector<bool> AnimatedNodes(const Scene& scene, bool turns) {
   std::vector<bool> animated(scene.nodes.size(), false);
   for (const AnimationChannel& channel : scene.animation) {
@@ -142,7 +142,7 @@ bool SceneState::Update(double seconds, double previous_seconds) {
   return moved;
 }
 
-/// The vertices of a frame often are the previous ones of the next frame, so both are kept with
+/// Current vertices often become the previous vertices of the next frame: both are cached with
 /// their poses.
 bool SceneState::UpdateDeformation(double seconds, double previous_seconds,
                                    Deformation* deformation) {
@@ -183,8 +183,8 @@ std::vector<AccelPlace> SceneState::Places() const {
   return places;
 }
 
-/// Copying makes tracing faster, and costs about 120 bytes per triangle. If copies of repeated
-/// meshes would take too much memory, these are instanced, like moving ones.
+/// Copying makes tracing faster, and costs about 120 bytes per triangle. Repeated meshes whose
+/// copies would take too much memory are instanced, like moving meshes.
 void SceneState::ShareMeshes() {
   std::vector<size_t> places(scene_->meshes.size(), 0);
   for (size_t i = 0; i < instances_.size(); ++i) {
@@ -206,7 +206,7 @@ void SceneState::ShareMeshes() {
   }
 }
 
-/// Vertices of static instances are transformed to the world once, for the BVH and for every hit.
+/// Transforms the vertices of static instances to world space once, for the BVH and for hits.
 void SceneState::PlaceStatic() {
   placed_positions_.resize(instances_.size());
   tbb::parallel_for(size_t{0}, instances_.size(), [&](size_t i) {
@@ -215,7 +215,7 @@ void SceneState::PlaceStatic() {
       return;
     }
     std::vector<vec3>& placed = placed_positions_[i];
-    // Embree loads a vector of four at the last vertex.
+    // Padding: Embree loads four floats at the last vertex.
     placed.resize(instance.mesh->positions.size() + 1);
     for (size_t k = 0; k < instance.mesh->positions.size(); ++k) {
       placed[k] = vec3(instance.world * vec4(instance.vertices.positions[k], 1.0f));

@@ -13,7 +13,7 @@
 
 namespace stillray::render {
 
-/// The vertices of an instance before its transform: those of its mesh, or deformed ones.
+/// The object-space vertices of an instance: the vertices of its mesh, or deformed ones.
 struct VertexArrays {
   const vec3* positions = nullptr;
   const vec3* normals = nullptr;
@@ -25,38 +25,37 @@ struct PlacedInstance {
   const Mesh* mesh = nullptr;
   const Material* material = nullptr;
   int material_index = 0;
-  mat4 world = mat4(1.0f);           ///< the identity with a skin, whose vertices are in the world
-  mat4 previous_world = mat4(1.0f);  ///< at the previous frame's moment
+  mat4 world = mat4(1.0f);  ///< identity for skinned instances, whose vertices are in world space
+  mat4 previous_world = mat4(1.0f);  ///< `world` at the moment of the previous frame
   VertexArrays vertices;
-  VertexArrays previous_vertices;   ///< at the previous frame's moment
-  uint64_t shape = 0;               ///< another number whenever `vertices` have changed
-  mat3 normal_matrix = mat3(1.0f);  ///< to the world, without normalising
-  /// -1 if the transform mirrors: then the front is where triangles are clockwise (glTF 2.0,
-  /// 3.7.4).
+  VertexArrays previous_vertices;   ///< `vertices` at the moment of the previous frame
+  uint64_t shape = 0;               ///< changes whenever `vertices` change
+  mat3 normal_matrix = mat3(1.0f);  ///< transforms normals to world space, unnormalised
+  /// -1 if the transform mirrors: the front face then has clockwise winding (glTF 2.0, 3.7.4).
   float orientation = 1.0f;
-  bool moving = false;    ///< its transform or its vertices change
-  bool deforms = false;   ///< its vertices change
-  bool may_turn = false;  ///< the scene's animation changes more than its place
-  /// It enters the BVH as an instance of its mesh, deformed or not: it moves, or it is static and
-  /// one of so many instances of a mesh that copies would take too much memory.
+  bool moving = false;    ///< its transform or its vertices are animated
+  bool deforms = false;   ///< its vertices are animated
+  bool may_turn = false;  ///< the animation changes more than its translation
+  /// The BVH references its mesh instead of copying it: the instance moves or deforms, or its
+  /// static mesh has so many instances that copies would take too much memory.
   bool instanced = false;
   bool opaque = true;    ///< alpha is 1 everywhere
   bool layered = false;  ///< IsLayered(*material)
-  /// The mesh's vertices in the world, plus one; null if instanced.
+  /// World-space vertices followed by one element of padding; null if instanced.
   const vec3* placed = nullptr;
 
-  /// Since the previous frame.
+  /// Whether the vertices differ from the previous frame's.
   bool HasChangedShape() const { return vertices.positions != previous_vertices.positions; }
 };
 
-/// Whether a material has more than metallic-roughness and transmission: SurfaceLayers.
+/// Whether a material has layers beyond metallic-roughness and transmission (SurfaceLayers).
 bool IsLayered(const Material& material);
 bool HasSheen(const Material& material);
 bool HasFilm(const Material& material);
-/// Whether it bounds a solid in which light is scattered.
+/// Whether the material bounds a solid with a scattering medium.
 bool ScattersInside(const Material& material);
 
-/// The corners of a triangle in the world.
+/// The world-space corners of a triangle.
 struct Triangle {
   vec3 p0, p1, p2;
 };
@@ -76,7 +75,7 @@ class SceneState {
   const std::vector<mat4>& nodes() const { return nodes_; }
   const std::vector<mat4>& previous_nodes() const { return previous_nodes_; }
   std::vector<AccelPlace> Places() const;
-  /// Whether any instance may turn.
+  /// Whether any instance may rotate (PlacedInstance::may_turn).
   bool may_turn() const { return may_turn_; }
   size_t memory_bytes() const;
 
@@ -103,7 +102,7 @@ class SceneState {
   vec4 TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const;
 
  private:
-  /// The mesh of an instance in a pose.
+  /// A deformed mesh of an instance.
   struct Posed {
     Pose pose;
     DeformedMesh mesh;

@@ -25,7 +25,7 @@ std::string RateText(const RenderSettings& s) {
   return s.cycle == 1 ? fmt::format("{}", s.spp) : fmt::format("{}/{}", s.spp, s.cycle);
 }
 
-/// The n of "1/n" or of a decimal number that stands for it; 0 if the text is neither.
+/// Parses n from "1/n" or from its decimal value; 0 if the text is neither.
 int ParseCycle(std::string_view text) {
   int cycle = 0;
   double decimal = 0;
@@ -33,7 +33,7 @@ int ParseCycle(std::string_view text) {
     ParseNumber(text.substr(2), &cycle);
   } else if (ParseNumber(text, &decimal) && decimal > 0.5 / kMaxCycle && decimal < 1) {
     const double frames = std::round(1 / decimal);
-    // Numbers of three digits, such as 0.333, stand for the nearest fraction.
+    // Decimals with three digits, such as 0.333, are rounded to the nearest 1/n.
     cycle = std::abs(decimal * frames - 1) < 0.005 ? static_cast<int>(frames) : 0;
   }
   return cycle >= 2 && cycle <= kMaxCycle ? cycle : 0;

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Describes a scene to its BVH: moving instances, and surfaces that shadow rays pass.
+/// Describes the instances of a scene for its Accel: moving instances, and surfaces with
+/// transmittance for shadow rays.
 #pragma once
 
 #include <vector>
@@ -11,7 +12,8 @@
 
 namespace stillray::render {
 
-/// Shadow rays pass alpha cut-outs, blended surfaces and smooth thin sheets.
+/// Transmittance of shadow rays through alpha cut-outs, alpha-blended surfaces and smooth thin
+/// sheets.
 class SceneShadowFilter final : public ShadowFilter {
  public:
   /// \param state  must outlive this
@@ -22,10 +24,10 @@ class SceneShadowFilter final : public ShadowFilter {
   const SceneState& state_;
 };
 
-/// Whether shadow rays may pass parts of the instance.
+/// Whether any part of the instance may be transparent to shadow rays.
 bool IsSeeThrough(const PlacedInstance& instance);
 
-/// For Accel::Create, in the order of the scene's instances.
+/// The argument of Accel::Create, in the order of the scene's instances.
 std::vector<AccelInstance> DescribeInstances(const SceneState& state);
 
 }  // namespace stillray::render

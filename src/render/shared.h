@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Extends core/shared.h for the renderer's headers that compile both as C++ and as GLSL. GLSL has
-// no namespaces; in C++ the formulas are in stillray::render.
+// Extends core/shared.h for the renderer's headers that compile as C++ and as GLSL. In C++ their
+// declarations are in stillray::render; GLSL has no namespaces.
 #ifndef STILLRAY_RENDER_SHARED_H
 #define STILLRAY_RENDER_SHARED_H
 
@@ -17,9 +17,9 @@
 
 #define STILLRAY_RENDER_BEGIN namespace stillray::render {
 #define STILLRAY_RENDER_END }
-// An input parameter, without copying large ones.
+// An input parameter, by const reference in C++.
 #define SHARED_IN(type) const type&
-// An input and output parameter.
+// An input and output parameter, by reference in C++.
 #define SHARED_INOUT(type) type&
 
 namespace stillray::render {
@@ -49,14 +49,14 @@ STILLRAY_RENDER_BEGIN
 
 const float kPi = 3.14159265f;
 const float kInvPi = 0.31830989f;
-/// Larger values are infinite or NaN.
+/// FLT_MAX, the largest finite float.
 const float kLargestFloat = 3.402823466e38f;
 /// The largest number below 1.
 const float kBelowOne = 0.99999994f;
 
-/// (cos, sin) of a full turn times u, for u in [0, 1): the turn is divided into quarters, which is
-/// exact, and the rest uses minimax polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7. The
-/// same bits with any mathematical library.
+/// (cos, sin) of 2 pi u for u in [0, 1): exact range reduction to a quarter turn, then minimax
+/// polynomials (S. Moshier's Cephes, sinf and cosf), to 1e-7. Bit-identical with any mathematical
+/// library.
 SHARED_FN vec2 CosSinOfTurn(float u) {
   int quarter = int(4.0f * u + 0.5f);
   float x = (u - 0.25f * float(quarter)) * (2.0f * kPi);

@@ -13,8 +13,8 @@
 
 STILLRAY_RENDER_BEGIN
 
-// Smoother sheen is treated like this: it would only be visible in the last degree before the
-// horizon, where it reflects more than there is.
+// Minimum sheen roughness: smoother sheen would be visible only within one degree of the horizon,
+// where its albedo exceeds 1.
 const float kSheenLeastRoughness = 0.1f;
 
 SHARED_FN float SheenAlpha(float roughness) {
@@ -22,8 +22,8 @@ SHARED_FN float SheenAlpha(float roughness) {
   return least * least;
 }
 
-// Rows of the table of directional albedos, which are those of a perceptual roughness, span the
-// roughness of sheen from its least value on.
+// Maps the sheen roughness, from its minimum to 1, to the perceptual roughness that indexes the
+// rows of the directional albedo table.
 SHARED_FN float RowOfSheen(float roughness) {
   float part =
       (max(roughness, kSheenLeastRoughness) - kSheenLeastRoughness) / (1.0f - kSheenLeastRoughness);
@@ -34,8 +34,8 @@ SHARED_FN float SheenOfRow(float row) {
   return kSheenLeastRoughness + part * (1.0f - kSheenLeastRoughness);
 }
 
-// Density of microfacet normals per solid angle and projected area (eq. 2), by the squared sine of
-// their angle with the surface normal.
+// Distribution of microfacet normals (eq. 2); \param sine2  squared sine of the angle between
+// microfacet and surface normal
 SHARED_FN float SheenDensity(float sine2, float alpha) {
   return (2.0f + 1.0f / alpha) * (0.5f * kInvPi) * pow(sine2, 0.5f / alpha);
 }
@@ -57,7 +57,7 @@ SHARED_FN float SheenLambda(float cosine, float alpha) {
   return exp(fit);
 }
 
-// f times cos of white sheen, for directions above the surface.
+// BRDF times cos of white sheen, for directions above the surface.
 SHARED_FN float EvaluateSheen(vec3 wo, vec3 wi, float alpha) {
   vec3 m = wo + wi;
   float across2 = m.x * m.x + m.y * m.y;

@@ -42,7 +42,7 @@ vec4 TangentFromUv(const PlacedInstance& instance, const Hit& hit, const Triangl
   }
   const vec3 tangent =
       ((triangle.p1 - triangle.p0) * d2.y - (triangle.p2 - triangle.p0) * d1.y) / area;
-  // glTF's v runs down the texture: a texture that is not mirrored has area < 0.
+  // glTF's v axis points down: an unmirrored texture has area < 0.
   return vec4(tangent, area < 0.0f ? 1.0f : -1.0f);
 }
 
@@ -51,7 +51,7 @@ struct TangentFrame {
   vec3 bitangent;  // both of unit length
 };
 
-/// In the plane of a normal.
+/// Tangents perpendicular to a normal.
 /// \param uv_set  texture coordinates for meshes without tangents
 TangentFrame TangentsAt(const PlacedInstance& instance, const Hit& hit, const Triangle& triangle,
                         int uv_set, vec3 normal) {
@@ -83,7 +83,7 @@ vec3 ApplyNormalMap(const SceneState& state, const PlacedInstance& instance, con
   return SafeNormalize(t * m.x + b * m.y + normal * m.z, normal);
 }
 
-/// The direction of the material's anisotropy by tangent and bitangent.
+/// The direction of the material's anisotropy in the basis of tangent and bitangent.
 vec2 AnisotropyDirection(const SceneState& state, const Material& material, const Hit& hit) {
   const float c = std::cos(material.anisotropy_rotation);
   const float s = std::sin(material.anisotropy_rotation);
@@ -94,7 +94,7 @@ vec2 AnisotropyDirection(const SceneState& state, const Material& material, cons
   return {c * d.x - s * d.y, s * d.x + c * d.y};
 }
 
-/// Isotropic where the mesh has no tangent, or the texture no direction.
+/// Sets the anisotropic lobe; isotropic where the tangent or the texture's direction is undefined.
 void SetAnisotropy(const SceneState& state, const Hit& hit, const Triangle& triangle, vec3 normal,
                    Surface* surface) {
   const PlacedInstance& instance = state.instance(hit.instance);
@@ -116,7 +116,7 @@ vec3 FaceViewer(vec3 n, vec3 wo) {
   if (cosine >= kMinViewCosine) {
     return n;
   }
-  // Twice the minimum, for rounding.
+  // Twice the minimum, as a margin for rounding.
   return normalize(n + wo * (2.0f * kMinViewCosine - cosine));
 }
 
@@ -166,7 +166,7 @@ float TransmissionOf(const SceneState& state, const Hit& hit) {
                      state.TextureValue(material.transmission_texture, hit, false).x);
 }
 
-/// Where a film has no thickness there is none.
+/// Sets the thin film; a film of thickness 0 is omitted.
 void SetFilm(const SceneState& state, const Hit& hit, SurfaceLayers* layers) {
   const Material& material = *state.instance(hit.instance).material;
   const vec4 strength = state.TextureValue(material.iridescence_texture, hit, false);
@@ -224,7 +224,7 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   return {tables.scale.Lookup(at), tables.offset.Lookup(at)};
 }
 
-/// Of the specular lobe; \param alphas  SpecularAlphas
+/// Directional albedo of the specular lobe; \param alphas SpecularAlphas
 SchlickShare ShareOfSpecular(const Surface& surface, vec2 alphas) {
   if (alphas.x > alphas.y) {
     return AnisotropicEnergyTables().Lookup(ToTangent(surface.layers.tangent, surface.local_wo),
@@ -233,7 +233,7 @@ SchlickShare ShareOfSpecular(const Surface& surface, vec2 alphas) {
   return ShareOfSpecular(surface.local_wo.z, alphas.y);
 }
 
-/// \param cosine, coat_cosine  with the normal of the surface, and of its clear coat
+/// \param cosine, coat_cosine  cosines of wo with the normals of surface and clear coat
 LayerShares SharesOf(const SurfaceLayers& layers, float cosine, float coat_cosine) {
   LayerShares shares = {{1.0f, 0.0f}, 0.0f};
   if (layers.sheen_colour != vec3(0.0f)) {
@@ -246,8 +246,8 @@ LayerShares SharesOf(const SurfaceLayers& layers, float cosine, float coat_cosin
   return shares;
 }
 
-/// CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation,
-/// as shadow rays see it.
+/// CoverTransmittance of a smooth thin sheet for shadow rays: with the geometric normal and without
+/// regularisation.
 float SheetCover(const SurfaceLayers& layers, float cosine) {
   return CoverTransmittance(layers, SharesOf(layers, cosine, cosine));
 }

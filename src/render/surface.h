@@ -28,22 +28,22 @@ struct Surface : ShadingPoint {
 /// The layers of a material, without textures.
 SurfaceLayers LayersOf(const Material& material);
 
-/// \param direction  of the ray that hit, unit length
+/// \param direction  unit direction of the incident ray
 Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);
 
 /// Transmittance of a smooth thin sheet of this material for an undeflected ray at `cosine` with
-/// its geometric normal; 0 if the material is no such sheet.
+/// its geometric normal; 0 for all other materials.
 vec3 SheetTransmittance(const SceneState& state, const Hit& hit, float cosine);
 
-/// Surfaces and their BSDF: the tables that depend on the scene's materials.
+/// Constructs BSDFs; holds the energy tables of the scene's materials.
 class BsdfTables {
  public:
   /// \param regularise  whether min_alpha may be above 0
   BsdfTables(const Scene& scene, bool regularise);
 
   /// The surface's BSDF for its wo.
-  /// \param min_alpha        minimum GGX alpha of path-space regularisation (not for smooth thin
-  ///     sheets: shadow rays pass them undeflected)
+  /// \param min_alpha        minimum GGX alpha of path-space regularisation (ignored for smooth
+  ///     thin sheets, which shadow rays pass undeflected)
   /// \param specular_albedo  [out] if not null; exact
   Bsdf Make(const Surface& surface, float min_alpha,
             SpecularAlbedo* specular_albedo = nullptr) const;
@@ -53,7 +53,7 @@ class BsdfTables {
  private:
   GlassShare ShareOfGlass(const Surface& surface, float alpha) const;
 
-  // By refractive index; only for materials that may be rough glass.
+  // Tables by refractive index, for materials that may be rough glass.
   std::map<float, std::unique_ptr<GlassEnergy>> glass_;
 };
 

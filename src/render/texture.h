@@ -10,8 +10,8 @@ namespace stillray::render {
 
 enum class TexelEncoding : uint8_t { kLinear, kSrgb };  ///< of RGB; alpha is always linear
 
-/// The texture at `uv` (already transformed; (0,0) is its top left corner), bilinear or, if the
-/// texture specifies it, nearest; each component in 0..1.
+/// Texture lookup at `uv` (already transformed; (0,0) is the top left corner): bilinear, or nearest
+/// if the texture specifies it; each component in 0..1.
 vec4 SampleTexture(const Texture& texture, vec2 uv, TexelEncoding encoding);
 
 /// Applies KHR_texture_transform.

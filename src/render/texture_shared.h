@@ -32,21 +32,21 @@ SHARED_FN int WrapTexel(int i, int size, int wrap) {
   return i < 0 ? 0 : (i >= size ? size - 1 : i);
 }
 
-// Replaces texture coordinates, which come from files, that would not fit into an int after
-// scaling, or are NaN.
+// Replaces texture coordinates by 0 that are NaN or would overflow an int after scaling: they come
+// from files.
 SHARED_FN float SafeCoordinate(float x) {
   const float kLimit = 1e6f;
   return x > -kLimit && x < kLimit ? x : 0.0f;
 }
 
-// Coordinates are safe: they fit into an int.
+// floor(x) for a SafeCoordinate, which fits into an int.
 SHARED_FN int FloorToInt(float x) {
   int towards_zero = int(x);
   return towards_zero - (x < float(towards_zero) ? 1 : 0);
 }
 
-// The coordinate in 0 to `size` where a texture that has a border of one texel shows the same,
-// bilinearly, as the endless texture at x.
+// Maps x to 0..`size` such that a bilinear lookup in the texture with a border of one texel equals
+// the lookup in the wrapped texture at x.
 SHARED_FN float WrapCoordinate(float x, float size, int wrap) {
   if (wrap == kWrapClamp) {
     return clamp(x, 0.0f, size);

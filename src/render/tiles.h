@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Processes a picture in tiles, on all threads, with progress and cancellation.
+/// Processes an image in tiles, on all threads, with progress and cancellation.
 #pragma once
 
 #include <atomic>
@@ -29,13 +29,13 @@ struct Tile {
   int count() const { return width * height; }
 };
 
-/// Calls body(tile) once for every tile of a width x height picture, from several threads.
-/// \param size  of a tile; smaller at the right and lower edge of the picture
-/// \return kCancelled if `progress` returned false; some tiles are then left out
+/// Calls body(tile) once for every tile of a width x height image, from several threads.
+/// \param size  size of a tile; tiles at the right and lower edge of the image may be smaller
+/// \return kCancelled if `progress` returned false; some tiles are then skipped
 Status ForEachTile(int width, int height, TileSize size, const RenderProgress& progress,
                    const std::function<void(const Tile&)>& body);
 
-/// Counts finished work and calls the progress callback. Thread-safe.
+/// Counts finished work units and calls the progress callback. Thread-safe.
 class ProgressMeter {
  public:
   ProgressMeter(const RenderProgress& progress, double total)

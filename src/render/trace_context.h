@@ -22,16 +22,16 @@ struct TraceContext {
   RenderSettings settings;
   CameraView camera;
   CameraView previous_camera;
-  /// Only undeflected rays do not count as a bounce: after its last bounce, a path hits an emitter
-  /// with its next ray or not at all.
+  /// Every deflected ray counts as a bounce: after its last bounce, a path can reach an emitter
+  /// only with its next ray.
   bool ends_are_opaque = false;
   LensArrays lens{};
-  /// Light that glass transmits, and that of surfaces behind alpha-blended ones, has signals of its
-  /// own.
+  /// Light transmitted by glass, and light from behind alpha-blended surfaces, is stored in
+  /// separate signals.
   bool separates_transmission = false;
 };
 
-/// Adds its lifetime to a sum of milliseconds.
+/// Adds the duration of its lifetime to *sum_ms, in milliseconds.
 class PhaseTimer {
  public:
   explicit PhaseTimer(double* sum_ms);

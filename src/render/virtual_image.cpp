@@ -16,7 +16,7 @@
 namespace stillray::render {
 namespace {
 
-/// A chain of smooth surfaces.
+/// A specular chain.
 struct Chain {
   int pixel = 0;
   VirtualImage* image = nullptr;  ///< [out]
@@ -30,7 +30,7 @@ struct Chain {
   ChainArrays arrays() const { return {vertex.data(), count}; }
 };
 
-/// The point of a hit at the previous frame's moment.
+/// The position of a hit point in the previous frame.
 vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
   return instance.moving
              ? vec3(instance.previous_world *
@@ -39,7 +39,7 @@ vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
              : now;
 }
 
-/// The surface around a hit in the previous frame.
+/// The chain vertex of a hit, in the previous frame.
 ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surface& surface,
                        float eta) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
@@ -91,12 +91,12 @@ vec2 MotionOf(const TraceContext& context, const Chain& chain, const ChainEnd& e
   return before - now;
 }
 
-/// The albedo of all lobes of a surface.
+/// The total albedo of all lobes of a surface.
 vec3 WholeAlbedo(const Bsdf& bsdf, const SpecularAlbedo& specular) {
   return min(DiffuseAlbedo(bsdf) + SumOf(specular), vec3(1.0f));
 }
 
-/// The image at the end of a chain on a surface.
+/// The virtual image of a chain that ends on a surface.
 VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const PrimaryPixel& pixel,
                      const Hit& hit, const Surface& surface, const Bsdf& bsdf,
                      const SpecularAlbedo& specular) {
@@ -127,7 +127,8 @@ VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
   return image;
 }
 
-/// What is seen behind an alpha-blended surface, whose emission is not part of the signals.
+/// The virtual image of the surface behind an alpha-blended one. The emission of that surface is
+/// not part of the signals.
 VirtualImage ImageBehind(const TraceContext& context, const PrimaryPixel& pixel) {
   const Hit& hit = HeaviestLayer(pixel, 1)->hit;
   const Surface surface = MakeSurface(context.state, hit, pixel.direction);
@@ -141,7 +142,7 @@ VirtualImage ImageBehind(const TraceContext& context, const PrimaryPixel& pixel)
           0.0f};
 }
 
-/// The chains of a batch.
+/// Traces the chains of a batch.
 class ImageTracer {
  public:
   ImageTracer(const TraceContext& context, const PrimaryPixel* pixels, RayScratch* scratch,
@@ -150,7 +151,7 @@ class ImageTracer {
     scratch_.rays.count = 0;
   }
 
-  /// \param image  [out] set by Run if the chain shows one
+  /// \param image  [out] set by Run if the chain ends at a virtual image
   void Start(int pixel, const FirstSurface& first, const Leaving& leaving, VirtualImage* image) {
     Chain chain;
     chain.pixel = pixel;

@@ -1,10 +1,11 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Chains of smooth surfaces, whose images mirrors and glass show: how a chain leaves a surface, and
-// how a ray passes surfaces that are known around one point each, for the place of an image in the
-// previous frame. Around its point a surface is its triangle's plane, with normals that change
-// linearly, and the height that belongs to them: a quadric, as the vertices approximate it.
+// Specular chains, at whose end lie the virtual images of mirrors and glass: the continuation of a
+// chain at a surface, and ray tracing along a chain whose surfaces are approximated around one
+// point each, which yields the previous-frame position of a virtual image. The approximation is a
+// quadric: the plane of the triangle, linearly varying normals, and the height that integrates
+// them.
 #ifndef STILLRAY_RENDER_VIRTUAL_IMAGE_SHARED_H
 #define STILLRAY_RENDER_VIRTUAL_IMAGE_SHARED_H
 
@@ -25,25 +26,26 @@ using glm::transpose;
 
 // Perceptual roughness up to which a surface counts as smooth.
 const float kSmoothRoughness = 0.1f;
-// The same of visible surfaces that reflect an image. It is blurred, but its position determines
-// how the reflected light moves.
+// Perceptual roughness up to which visible surfaces have a reflected virtual image: although
+// blurred, its position determines the motion of the reflection.
 const float kMostReflectingRoughness = 0.5f;
-// Longer chains show no image: two faces of three glass bodies, and two mirrors.
+// Maximum number of vertices of a chain: two faces of three glass bodies, and two mirrors.
 const int kMostVertices = 8;
-// Rays of a chain, those that pass thin sheets and cut-outs too.
+// Maximum number of rays of a chain, including rays through thin sheets and cut-outs.
 const int kMostChainRays = 16;
-// Light of an emitter or the sky is divided by itself, so that the filter does not see it: smaller
-// values are.
+// Emitters and sky are demodulated by their own radiance, which hides them from the filter; this is
+// the minimum of the divisor.
 const float kLeastRadiance = 0.01f;
-// Least cosine of a clear coat's normal with the surface's, about which chains are reflected.
+// Minimum cosine between the normals of clear coat and surface for chains to be reflected by the
+// coat: they are reflected about the surface normal.
 const float kSameNormal = 0.9999f;
-// Glass shows the image of a light that it reflects if that is brighter than this part of the mean
-// sky.
+// Minimum luminance of a light's reflection in glass, relative to the mean luminance of the sky,
+// for the glass to have its virtual image.
 const float kVisibleLight = 0.5f;
-// Chains pass surfaces of less opacity.
+// Chains ignore surfaces with an opacity below this value.
 const float kChainOpacity = 0.5f;
 
-// How a chain leaves a surface.
+// Continuation of a chain at a surface.
 const int kChainEnds = 0;
 const int kChainReflects = 1;
 const int kChainRefracts = 2;
@@ -51,7 +53,7 @@ const int kChainGoesOn = 3;  // undeflected
 
 struct Leaving {
   int way;    // kChain...
-  float eta;  // of kChainRefracts
+  float eta;  // relative refractive index of kChainRefracts
 };
 
 SHARED_FN Leaving LeavingBy(int way) {
@@ -69,12 +71,12 @@ SHARED_FN bool IsSmooth(float alpha) {
   return alpha <= AlphaOfRoughness(kSmoothRoughness);
 }
 
-// Of the specular lobe.
+// Largest alpha of the specular lobe.
 SHARED_FN float WidestAlpha(SHARED_IN(Bsdf) bsdf) {
   return IsAnisotropic(bsdf) ? bsdf.tangent_alpha : bsdf.specular_alpha;
 }
 
-// Transmission by smooth glass. Solids that scatter inside do not show what is behind them.
+// Transmission by smooth glass. Chains end at solids with a scattering medium.
 SHARED_FN Leaving LeavingThrough(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {
   Leaving leaving = LeavingBy(bsdf.thin != 0 ? kChainGoesOn : kChainRefracts);
   leaving.eta = bsdf.eta;
@@ -82,8 +84,7 @@ SHARED_FN Leaving LeavingThrough(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) a
   return leaving;
 }
 
-// Whether the transmission of the visible surface has an image of its own, and is traced by a path
-// of its own.
+// Whether the transmission of the visible surface has a separate virtual image and a separate path.
 SHARED_FN bool IsSmoothGlass(SHARED_IN(Bsdf) bsdf) {
   return bsdf.pick_glass > 0.0f && IsSmooth(bsdf.glass_alpha);
 }
@@ -99,8 +100,8 @@ SHARED_FN bool ReflectsSmoothly(SHARED_IN(Bsdf) bsdf) {
   return ReflectsWithin(bsdf, kSmoothRoughness);
 }
 
-// How the chain of reflected light leaves the visible surface, which may be diffuse too: its
-// specular light alone is guided.
+// Continuation of the reflection chain at the visible surface, which may also have a diffuse lobe:
+// the virtual guides apply only to specular light.
 SHARED_FN Leaving FirstReflection(SHARED_IN(Bsdf) bsdf) {
   bool reflects = IsSmoothGlass(bsdf) || ReflectsWithin(bsdf, kMostReflectingRoughness);
   return LeavingBy(reflects ? kChainReflects : kChainEnds);
@@ -111,20 +112,21 @@ SHARED_FN float ReflectanceOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) 
                         : FresnelOfGlass(bsdf, min(at.local_wo.z, 1.0f)).share;
 }
 
-// Of the visible face of solid glass; 0 for sheets.
+// Reflectance of the visible face of solid glass; 0 for sheets.
 SHARED_FN float SolidReflectance(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at) {
   return bsdf.thin == 0 ? ReflectanceOf(bsdf, at) : 0.0f;
 }
 
-// Whether solid glass reflects a light of this luminance so brightly that the image of transmitted
-// light is that of the light too: other faces of the glass, whose light is part of what is
-// transmitted, reflect it at about the same place.
+// Whether solid glass reflects a light of this luminance so brightly that the reflected light also
+// serves as the virtual image of transmission: the back faces, whose reflections belong to the
+// transmitted light, reflect it at nearly the same position.
 // \param reflectance  SolidReflectance
 SHARED_FN bool ReflectsVisibly(float reflectance, float light, float mean_sky) {
   return reflectance * light > kVisibleLight * mean_sky && reflectance * light > 0.0f;
 }
 
-// How a chain leaves a later surface: glass along the part with more light.
+// Continuation of a chain at a later surface; glass follows the stronger of reflection and
+// refraction.
 SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at,
                             vec3 specular_albedo) {
   if (bsdf.glass_weight > 0.5f && IsSmooth(bsdf.glass_alpha)) {
@@ -134,8 +136,8 @@ SHARED_FN Leaving LeavingOf(SHARED_IN(Bsdf) bsdf, SHARED_IN(ShadingPoint) at,
   return LeavingBy(mostly && ReflectsSmoothly(bsdf) ? kChainReflects : kChainEnds);
 }
 
-// Turns the direction of a chain at a surface. Returns whether it may leave: a shading normal may
-// lead it through the surface.
+// Updates the direction of a chain at a surface. Returns false if the new direction is on the wrong
+// side of the geometric normal, which shading normals may cause.
 SHARED_FN bool TurnChain(SHARED_IN(Leaving) leaving, SHARED_IN(ShadingPoint) at,
                          SHARED_INOUT(vec3) direction) {
   if (leaving.way == kChainReflects) {
@@ -147,15 +149,15 @@ SHARED_FN bool TurnChain(SHARED_IN(Leaving) leaving, SHARED_IN(ShadingPoint) at,
   return above == (leaving.way == kChainReflects);
 }
 
-// A smooth surface around the point at which a chain of reflections and refractions meets it.
+// A vertex of a specular chain: local approximation of the smooth surface.
 struct ChainVertex {
   vec3 position;
-  vec3 edge_u;  // of the triangle
+  vec3 edge_u;  // edges of the triangle
   vec3 edge_v;
   vec3 normal;    // shading normal, on the side of the arriving ray
-  vec3 normal_u;  // its change along each edge
+  vec3 normal_u;  // change of the normal along each edge
   vec3 normal_v;
-  float eta;  // refractive index beyond over that before the surface; 0: the ray is reflected
+  float eta;  // relative refractive index, transmitted over incident side; 0: reflection
 };
 
 struct ChainRay {
@@ -163,7 +165,7 @@ struct ChainRay {
   vec3 direction;  // unit length
 };
 
-// Coordinates of a vector in the triangle's plane along its edges; least squares.
+// Least squares coordinates of a vector in the basis of the triangle's edges.
 SHARED_FN vec2 AlongEdges(SHARED_IN(ChainVertex) vertex, vec3 offset) {
   float uu = dot(vertex.edge_u, vertex.edge_u);
   float uv = dot(vertex.edge_u, vertex.edge_v);
@@ -174,7 +176,7 @@ SHARED_FN vec2 AlongEdges(SHARED_IN(ChainVertex) vertex, vec3 offset) {
   return vec2(u * vv - v * uv, v * uu - u * uv) * scale;
 }
 
-// The ray behind a vertex that the ray passes.
+// Reflects or refracts a ray at a vertex.
 SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
   vec3 plane = normalize(cross(vertex.edge_u, vertex.edge_v));
   float slope = dot(ray.direction, plane);
@@ -182,7 +184,7 @@ SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
   vec3 point = ray.origin;
   vec3 change = vec3(0.0f);
   float height = 0.0f;
-  // Each round inserts the height that belongs to the normals at the point of the last one.
+  // Fixed-point iteration: each round uses the surface height at the point of the previous round.
   for (int i = 0; i < 3; ++i) {
     vec3 to_plane = vertex.position + plane * height - ray.origin;
     point = ray.origin + ray.direction * (dot(to_plane, plane) * along);
@@ -199,31 +201,31 @@ SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
   return next;
 }
 
-// A triangle of a mesh in the previous frame, in the mesh's space, and its instance's matrices to
-// the world.
+// A previous-frame triangle of a mesh in object space, and the object-to-world matrices of its
+// instance.
 struct ChainTriangle {
   vec3 edge_u;
   vec3 edge_v;
-  vec3 normal_0;  // of its corners
+  vec3 normal_0;  // vertex normals
   vec3 normal_1;
   vec3 normal_2;
-  mat3 world;   // of now
-  mat3 before;  // of the previous frame
+  mat3 world;   // matrix of the current frame
+  mat3 before;  // matrix of the previous frame
   int moving;   // 1: they differ
 };
 
-// The shading normal in the previous frame, if the mesh has kept its shape.
+// The previous-frame shading normal of a mesh that has not deformed.
 SHARED_FN vec3 MovedNormal(SHARED_IN(ChainTriangle) triangle, vec3 normal) {
   mat3 to_normal = transpose(inverse(triangle.before));
   mat3 from_normal = transpose(triangle.world);
   return triangle.moving != 0 ? SafeNormalize(to_normal * (from_normal * normal), normal) : normal;
 }
 
-// The surface around a point in the previous frame.
-// \param position         of the point in the previous frame
-// \param normal           its shading normal now, on the side of the arriving ray
-// \param previous_normal  the same in the previous frame
-// \param eta              as in ChainVertex
+// The previous-frame approximation of the surface around a point.
+// \param position         position of the point in the previous frame
+// \param normal           current shading normal, on the side of the incident ray
+// \param previous_normal  shading normal in the previous frame
+// \param eta              see ChainVertex::eta
 SHARED_FN ChainVertex MakeChainVertex(SHARED_IN(ChainTriangle) triangle, vec3 position, vec3 normal,
                                       vec3 previous_normal, float eta) {
   mat3 to_normal = transpose(inverse(triangle.before));

@@ -26,7 +26,7 @@ vec4 Slerp(vec4 a, vec4 b, float t) {
     b = -b;
     cosine = -cosine;
   }
-  // Below this angle the sine is too imprecise, and linear interpolation is as good.
+  // At smaller angles the sine is too imprecise, and linear interpolation is as accurate.
   constexpr float kNearlyEqual = 0.9999f;
   if (cosine > kNearlyEqual) {
     return UnitRotation(a + (b - a) * t);
@@ -37,7 +37,8 @@ vec4 Slerp(vec4 a, vec4 b, float t) {
 }
 
 /// Cubic Hermite spline (glTF 2.0, C.5) between two keys that lie `gap` seconds apart.
-/// \param out_tangent, in_tangent  of the first and of the second key
+/// \param out_tangent, in_tangent  outgoing tangent of the first key, incoming tangent of the
+///     second
 template <typename T>
 T Hermite(T p0, T out_tangent, T in_tangent, T p1, float t, float gap) {
   const T m0 = out_tangent * gap;
@@ -52,11 +53,11 @@ size_t ValuesPerKey(const AnimationChannel& channel) {
   return channel.interpolation == Interpolation::kCubicSpline ? 3 : 1;
 }
 
-/// Where a time lies among the keys of a channel.
+/// The position of a time among the keys of a channel.
 struct KeyPlace {
-  size_t key = 0;        ///< its value holds, or the value lies between it and the next one
-  bool between = false;  ///< the latter
-  float t = 0;           ///< 0..1 of the way to the next key
+  size_t key = 0;        ///< the key whose value applies, or the first key of the interpolation
+  bool between = false;  ///< whether to interpolate to the next key
+  float t = 0;           ///< interpolation parameter 0..1
   float gap = 0;         ///< seconds to the next key
 };
 
@@ -100,7 +101,7 @@ vec4 ChannelValue(const AnimationChannel& channel, double seconds) {
                                                          : v[i] + (v[i + 1] - v[i]) * at.t;
 }
 
-/// \param weights  [out] all are set
+/// \param weights  [out] all elements are set
 void ChannelWeights(const AnimationChannel& channel, double seconds, std::vector<float>* weights) {
   const KeyPlace at = FindKey(channel, seconds);
   const size_t n = weights->size();
@@ -131,7 +132,7 @@ void ApplyChannel(const AnimationChannel& channel, double seconds, Transform* lo
       local->scale = vec3(value);
       break;
     case AnimatedProperty::kWeights:
-      break;  // no part of the transform
+      break;  // not a part of the transform
   }
 }
 

@@ -64,7 +64,7 @@ Result<Scene> MakeBuiltinScene(const std::string& name) {
 
 namespace {
 
-/// The built-in scene whose name was meant where no file has the name: "cornell", "bultin:cornell".
+/// Suggests a built-in scene for a misspelt name that is not a file: "cornell", "bultin:cornell".
 std::string MeantBuiltin(const std::string& spec) {
   std::vector<std::string> names;
   for (const std::string& name : BuiltinSceneNames()) {

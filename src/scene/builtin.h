@@ -28,7 +28,8 @@ Scene MakeCarScene();
 /// The parallelogram origin + s * edge_u + t * edge_v, facing cross(edge_u, edge_v); texture
 /// coordinates (s, t) * uv_scale.
 Mesh MakeQuad(vec3 origin, vec3 edge_u, vec3 edge_v, vec2 uv_scale, int material);
-/// A box on the plane y = 0, centred over the origin. Each face shows `repeats` textures per unit.
+/// A box on the plane y = 0, centred over the origin. Each face has `repeats` textures per unit
+/// length.
 Mesh MakeBox(vec3 size, float repeats, int material);
 /// A sphere about the origin, with a seam at u = 0.
 Mesh MakeSphere(float radius, int slices, int stacks, int material);
@@ -42,13 +43,13 @@ Mesh MakePatch(int columns, int rows, const std::function<vec3(float, float)>& p
 /// An open tube along centre(t), t in 0..1, which is nowhere parallel to the z axis.
 Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides, int segments,
               int material);
-/// The surface of revolution of a curve of (radius, y) about the y axis, from bottom to top where
-/// it faces outward. Corners of the curve up to 40 degrees are rounded by their normals. Texture
+/// The surface of revolution of a curve of (radius, y) about the y axis; outward faces run from
+/// bottom to top. Corners of the curve up to 40 degrees are rounded by their normals. Texture
 /// coordinates (turns, length of the curve) * uv_scale.
 Mesh MakeLathe(const std::vector<vec2>& curve, int slices, vec2 uv_scale, int material);
 /// The closed surface distance(p) = 0 inside `bounds`, from a grid of cubic cells of side `cell`.
-/// `distance` is negative inside; it may be off by a factor of 2 from the true distance. Features
-/// smaller than a cell are lost. Texture coordinates (x, z). Evaluates `distance` in parallel.
+/// `distance` is negative inside, with an error of at most a factor of 2. Features smaller than a
+/// cell are lost. Texture coordinates (x, z). Evaluates `distance` in parallel.
 Mesh MakeIsosurface(const Aabb& bounds, float cell, const std::function<float(vec3)>& distance,
                     int material);
 /// Appends a mesh of the same material.
@@ -80,9 +81,9 @@ int AddLightMaterial(Scene* scene, const std::string& name, vec3 radiance);
 int AddNode(Scene* scene, const std::string& name, vec3 translation);
 /// Adds a mesh on its own node at `translation`; returns the node's index.
 int AddObject(Scene* scene, const std::string& name, Mesh mesh, vec3 translation);
-/// The same below a parent node, in its coordinates.
+/// Adds a mesh on its own node below a parent node, whose space `translation` is in.
 int AddChild(Scene* scene, const std::string& name, Mesh mesh, vec3 translation, int parent);
-/// Another instance of the mesh of `object`, a node that AddObject returned.
+/// Adds another instance of the mesh of `object`, a node returned by AddObject.
 int AddCopy(Scene* scene, const std::string& name, int object, vec3 translation);
 
 /// A side of a room: its material, and the texture's repeats along its width and height.
@@ -100,8 +101,8 @@ struct RoomSides {
   RoomSide front;
 };
 
-/// Adds the six sides of a box, which face its inside, as objects: "floor", "ceiling", "back wall",
-/// ... \param corner  at the bottom, left and back
+/// Adds the six sides of a box, facing inwards, as objects: "floor", "ceiling", "back wall", ...
+/// \param corner the bottom left back corner
 void AddRoomSides(Scene* scene, vec3 corner, vec3 size, const RoomSides& sides);
 /// Adds a large square of tiles on the plane y = 0.
 void AddTiledGround(Scene* scene, float roughness, uint32_t seed);
@@ -110,7 +111,7 @@ void AddTiledGround(Scene* scene, float roughness, uint32_t seed);
 inline constexpr int kBuiltinKeys = 120;
 inline constexpr float kBuiltinKeysPerSecond = 30.0f;
 
-/// Animates a node: `pose` maps progress 0..1, slow at both ends, to the node's transform.
+/// Animates a node: `pose` maps progress 0..1, eased at both ends, to the node's transform.
 void Animate(Scene* scene, int node, const std::function<Transform(float)>& pose);
 /// Rotation about an axis of unit length.
 vec4 RotationAbout(vec3 axis, float radians);
@@ -121,7 +122,7 @@ Transform LookAt(vec3 eye, vec3 target);
 /// Adds a camera with its own animated node.
 void AddAnimatedCamera(Scene* scene, float yfov, const std::function<Transform(float)>& pose);
 /// Adds a camera that swings about `target` by 0.07 radians to either side.
-/// \param distance  horizontal, at the beginning and at the end
+/// \param distance  horizontal distance at the beginning and at the end
 /// \param slope     height of the camera above the target, as a fraction of the distance
 void AddSwingingCamera(Scene* scene, vec3 target, vec2 distance, float slope);
 

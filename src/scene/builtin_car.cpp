@@ -19,7 +19,7 @@ namespace stillray {
 
 namespace {
 
-// Metres. The car drives towards +x and stands on y = 0; it is the same on both sides of z = 0.
+// Metres. The car drives towards +x and stands on y = 0; it is symmetric in z.
 constexpr float kPi = 3.14159265f;
 constexpr float kAxle = 1.31f;  // x of the front axle, -x of the rear one
 constexpr float kWheelRadius = 0.335f;
@@ -66,7 +66,7 @@ struct Curve {
     const float c = 3.0f * (b.y - a.y) - 2.0f * m0 - m1;
     const float d = 2.0f * (a.y - b.y) + m0 + m1;
     const float slope = (m0 + t * (2.0f * c + t * 3.0f * d)) / width;
-    // Straight on beyond the ends.
+    // Linear extrapolation beyond the ends.
     const float beyond = x - (a.x + t * width);
     return {a.y + t * (m0 + t * (c + t * d)) + slope * beyond, slope};
   }
@@ -96,7 +96,7 @@ class CarShape {
 
   /// The painted shell, hollow below the roof.
   float Shell(vec3 p) const {
-    constexpr float kFarAway = 0.3f;  // none of the cuts reaches so far out
+    constexpr float kFarAway = 0.3f;  // beyond the reach of all cuts
     const float outer = Outer(p);
     if (outer > kFarAway) {
       return outer;
@@ -108,7 +108,7 @@ class CarShape {
     return SmoothMax(d, -Windows(p), 0.05f);
   }
 
-  /// Where panes are; extends far beyond the surface.
+  /// The solid that cuts the window openings; extends far beyond the surface.
   float Windows(vec3 p) const {
     const vec3 q(p.x, p.y, std::abs(p.z));
     constexpr float kFrame = 0.075f;
@@ -124,7 +124,7 @@ class CarShape {
   }
 
  private:
-  /// A little lower towards the sides, so that no panel is straight across.
+  /// Lowers panels towards the sides, so that none is flat across.
   static float Crown(vec3 q) { return 0.07f * q.z * q.z; }
 
   float Lower(vec3 q) const {
@@ -167,7 +167,7 @@ class CarShape {
     return SmoothMax(glm::length(from_axle) - (kWheelRadius + kGap), 0.52f - q.z, 0.06f);
   }
 
-  /// The room below the roof, which leaves a wall to the outside and to the wheel wells.
+  /// The cabin below the roof, which leaves a wall to the outside and to the wheel wells.
   float Inside(vec3 q, float outer) const {
     constexpr float kWall = 0.045f;
     const float cabin = SmoothMax(CabinTop(q), CabinSide(q), 0.16f);
@@ -204,7 +204,7 @@ class CarShape {
                         {2.2f, 0.66f}}};
 };
 
-/// The triangles of `mesh` whose centre `keeps` accepts, with the vertices that they use.
+/// The triangles of `mesh` whose centre satisfies `keeps`, with their vertices.
 Mesh Selected(const Mesh& mesh, const std::function<bool(vec3)>& keeps, int material) {
   Mesh out;
   out.material = material;
@@ -240,7 +240,7 @@ void AddBody(Scene* scene, const CarShape& shape, int trim, int car) {
   constexpr float kCell = 0.016f;
   constexpr float kTrimDepth = 0.012f;
   constexpr float kPaneDepth = 0.016f;
-  constexpr float kPaneOverlap = 0.02f;  // less than the shell is thick
+  constexpr float kPaneOverlap = 0.02f;  // less than the thickness of the shell
   Aabb bounds;
   bounds.min = vec3(-2.25f, 0.14f, -1.0f);
   bounds.max = vec3(2.25f, 1.42f, 1.0f);
@@ -266,7 +266,7 @@ void AddInterior(Scene* scene, int car) {
   const auto seats = [](vec3 p) {
     const vec3 q(p.x, p.y, std::abs(p.z) - 0.32f);
     const vec3 back = q - vec3(-0.45f, 0.80f, 0.0f);
-    // Backs lean.
+    // Seat backs lean backwards.
     const vec3 leaning(back.x + 0.25f * back.y, back.y, back.z);
     const float seat = RoundedBox(q - vec3(-0.15f, 0.60f, 0.0f), vec3(0.28f, 0.08f, 0.22f), 0.06f);
     const float chair =
@@ -316,7 +316,7 @@ void AddWheels(Scene* scene, int trim, int car) {
       const int wheel = AddNode(scene, name, vec3(x, kWheelRadius, side * kWheelZ));
       Node& node = scene->nodes.back();
       node.parent = car;
-      // The wheels' own axis is y.
+      // In object space the axis of a wheel is y.
       node.local.rotation = RotationAbout(vec3(1.0f, 0.0f, 0.0f), side * 0.5f * kPi);
       const bool first = first_tyre < 0;
       const auto add = [&](const char* part, int* original, const std::function<Mesh()>& make) {
@@ -332,7 +332,7 @@ void AddWheels(Scene* scene, int trim, int car) {
   }
 }
 
-/// The point of the car's surface that a ray from `from` towards `to`, which lies inside, meets.
+/// Intersection of the car's surface with the ray from `from` towards `to`, which lies inside.
 vec3 OnSurface(const CarShape& shape, vec3 from, vec3 to) {
   constexpr int kHalvings = 24;
   for (int i = 0; i < kHalvings; ++i) {

@@ -2,7 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// A hall without a roof between two storeys of arches, in sunlight. Curtains hang between the
-/// columns; most of the hall is lit by what the sunlit side reflects.
+/// columns; most of the hall is lit by light reflected from the sunlit side.
 #include <array>
 #include <cmath>
 #include <string>
@@ -22,13 +22,13 @@ constexpr float kPi = 3.14159265f;
 constexpr int kBays = 6;
 constexpr float kBay = 3.0f;
 constexpr float kHalfLength = 0.5f * kBays * kBay;
-constexpr float kColumnsX = 3.0f;   // of the columns' axes
-constexpr float kOuterX = 5.6f;     // of the outer walls
-constexpr float kSpringing = 3.6f;  // where the lower arches begin
+constexpr float kColumnsX = 3.0f;   // x of the columns' axes
+constexpr float kOuterX = 5.6f;     // x of the outer walls
+constexpr float kSpringing = 3.6f;  // springing line of the lower arches
 constexpr float kGallery = 5.3f;    // floor of the upper storey
 constexpr float kUpperSpringing = 6.9f;
 constexpr float kRoof = 8.5f;
-constexpr float kThickness = 0.6f;  // of the walls on the columns
+constexpr float kThickness = 0.6f;  // thickness of the walls on the columns
 
 struct Stones {
   int floor = -1;
@@ -69,7 +69,7 @@ void AddVertex(Mesh* mesh, vec3 position, vec3 normal, vec2 uv) {
   mesh->uv[0].push_back(uv);
 }
 
-/// a to d counter-clockwise from the front.
+/// Corners are counter-clockwise from the front.
 void AddQuad(Mesh* mesh, const std::array<vec3, 4>& corners, const std::array<vec3, 4>& normals,
              const std::array<vec2, 4>& uv) {
   const auto first = static_cast<uint32_t>(mesh->positions.size());
@@ -81,7 +81,8 @@ void AddQuad(Mesh* mesh, const std::array<vec3, 4>& corners, const std::array<ve
 }
 
 /// A wall in the xy plane, `thickness` thick, with a round arch of `radius` over each bay. Between
-/// the arches it is `pier` wide and ends at `springing`. x = 0 is the middle of the first pier.
+/// the arches it has piers of width `pier` that end at `springing`. x = 0 is the middle of the
+/// first pier.
 struct Arcade {
   int bays = 1;
   float bay = 3.0f;
@@ -137,7 +138,7 @@ Mesh MakeArcade(const Arcade& arcade, int material) {
     const vec2 centre(x + 0.5f * arcade.bay, arcade.springing);
     const auto outward = [](int i) {
       const float angle = kPi * (1.0f - static_cast<float>(i) / kSegments);
-      // Exactly upright at both ends, where the next wall begins.
+      // Exactly vertical at both ends, where the next wall begins.
       return i == 0           ? vec2(-1.0f, 0.0f)
              : i == kSegments ? vec2(1.0f, 0.0f)
                               : vec2(std::cos(angle), std::sin(angle));
@@ -184,7 +185,7 @@ Mesh MakeColumn(int material) {
   return MakeLathe(curve, 64, vec2(3.0f, 1.0f), material);
 }
 
-/// A row of the same mesh at every pier, `x` from the middle.
+/// Adds a row of instances of a mesh, one per pier, at distance `x` from the middle.
 void AddPiers(Scene* scene, const std::string& name, const Mesh& mesh, float x, float y) {
   int first = -1;
   for (int i = 0; i <= kBays; ++i) {
@@ -284,7 +285,7 @@ void AddEnds(Scene* scene, const Stones& stones) {
             vec3(0.0f));
 }
 
-/// Hangs from y = 0 in the yz plane, gathered on its rod.
+/// A curtain that hangs from y = 0 in the yz plane, gathered on its rod.
 Mesh MakeCurtain(vec2 size, float phase, int material) {
   constexpr float kFolds = 7.0f;
   return MakePatch(
@@ -355,7 +356,7 @@ void AddCurtains(Scene* scene) {
   }
 }
 
-/// Comes over the right eaves, so that the left half of the hall is lit.
+/// Adds sunlight over the right eaves, which lights the left half of the hall.
 void AddSun(Scene* scene) {
   scene->environment.radiance = vec3(0.62f, 0.78f, 1.02f);
   PunctualLight sun;

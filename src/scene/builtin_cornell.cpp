@@ -22,8 +22,8 @@ constexpr float kDepth = 0.5592f;
 const vec3 kWhite(0.725f, 0.71f, 0.68f);
 const vec3 kRed(0.63f, 0.065f, 0.05f);
 const vec3 kGreen(0.14f, 0.45f, 0.091f);
-/// Five times the lamp's measured emission, which integrates to (18.4, 14.0, 6.75) and makes a dim
-/// picture in a room whose front is open.
+/// Five times the lamp's measured emission, which integrates to (18.4, 14.0, 6.75) and gives a dim
+/// image in a room with an open front.
 const vec3 kLampRadiance(92.0f, 70.0f, 33.8f);
 
 void AddRoom(Scene* scene) {
@@ -86,8 +86,8 @@ Scene MakeCornellScene() {
   AddRoom(&scene);
   AddLamp(&scene);
   AddMovingBox(&scene);
-  // Closer than the original's 0.8 m, so that the box fills a wide picture. Orbits the centre of
-  // the room and moves closer.
+  // Closer than the original's 0.8 m, so that the box fills a wide image. Orbits the centre of the
+  // room and moves closer.
   constexpr float kFieldOfView = 0.72f;
   AddAnimatedCamera(&scene, kFieldOfView, [](float t) {
     const vec3 target(0.0f, 0.215f, -0.28f);

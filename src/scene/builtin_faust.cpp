@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 
 /// A room with two finely displaced objects, one that spins and one that orbits a mirror sphere,
-/// under a ceiling light and a lamp that moves. It has the contents of the scene of the PSVGF paper
-/// that gave it its name; all shapes are our own.
+/// under a ceiling light and a lamp that moves. It is named after a scene of the PSVGF paper and
+/// has equivalent contents; all shapes are original.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -78,9 +78,9 @@ class CarvedBall {
   CarvedBall(float radius, int knobs) : radius_(radius), points_(SpiralPoints(knobs)) {}
 
   vec3 operator()(vec3 direction) const {
-    // Knobs blend where they meet: a crease would alias.
+    // Adjacent knobs are blended: a crease would alias.
     constexpr float kSharpness = 40.0f;
-    constexpr float kReach = 0.62f;  // beyond it the term is below 1e-6
+    constexpr float kReach = 0.62f;  // beyond this distance the term is below 1e-6
     constexpr float kRings = 17.0f;
     float weight = 0.0f;
     float rings = 0.0f;
@@ -153,7 +153,7 @@ vec3 KnotSurface(float u, float t) {
   constexpr float kTwist = 40.0f;  // an integer, so that the rope closes
   const vec3 centre = KnotCentre(t);
   const vec3 along = glm::normalize(KnotCentre(t + kStep) - KnotCentre(t - kStep));
-  // The ring on which the knot winds gives a frame that closes with the knot.
+  // The ring around which the knot winds gives a frame that closes with the knot.
   const vec3 ring = 0.26f * glm::normalize(vec3(centre.x, 0.0f, centre.z));
   const vec3 side = glm::normalize(glm::cross(along, centre - ring));
   const vec3 up = glm::cross(along, side);
@@ -200,7 +200,7 @@ void AddSpinningBall(Scene* scene) {
   });
 }
 
-/// Around the mirror sphere, while it turns about an axis of its own.
+/// Adds a knot that orbits the mirror sphere while it rotates.
 void AddOrbitingKnot(Scene* scene, vec3 centre) {
   const int gold = AddMaterial(scene, "gold", vec3(0.95f, 0.70f, 0.36f), 1.0f, 0.28f);
   const int knot = AddObject(scene, "orbiting knot", MakeKnot(80, 1000, gold), vec3(0.0f));

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Surface nets (Gibson 1998): one vertex in every cell that the surface passes, one quadrilateral
-/// over every edge of the grid that it crosses. Here the vertices are then moved onto the surface.
+/// Surface nets (Gibson 1998): one vertex in every cell that intersects the surface, one
+/// quadrilateral per grid edge that crosses it. The vertices are then projected onto the surface.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -40,8 +40,8 @@ struct Grid {
   }
 };
 
-/// Blocks of samples that the surface cannot reach keep the value at their centre; others are
-/// divided.
+/// Recursively fills a block of samples; blocks that cannot contain the surface get the value at
+/// their centre.
 void FillBlock(const Distance& distance, int x0, int y0, int z0, int side, Grid* grid) {
   if (x0 > grid->nx || y0 > grid->ny || z0 > grid->nz) {
     return;
@@ -131,7 +131,8 @@ vec3 Gradient(const Distance& distance, vec3 p, float step) {
          (2.0f * step);
 }
 
-/// Newton steps onto the surface, at most half a cell away so that triangles do not fold.
+/// Projects a vertex onto the surface by Newton steps, by at most half a cell so that triangles do
+/// not fold.
 void MoveToSurface(const Distance& distance, float cell, vec3* position, vec3* normal) {
   constexpr int kSteps = 2;
   const vec3 start = *position;
@@ -153,7 +154,7 @@ void AddTriangle(Mesh* mesh, uint32_t a, uint32_t b, uint32_t c) {
   }
 }
 
-/// Divides along the shorter diagonal.
+/// Adds a quadrilateral, split along the shorter diagonal.
 void AddQuad(Mesh* mesh, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   const auto length = [&](uint32_t p, uint32_t q) {
     return glm::length(mesh->positions[p] - mesh->positions[q]);
@@ -167,7 +168,7 @@ void AddQuad(Mesh* mesh, uint32_t a, uint32_t b, uint32_t c, uint32_t d) {
   }
 }
 
-/// Over every crossed edge along an axis, between the four cells around it.
+/// Adds a quadrilateral per crossed edge, between the four cells around the edge.
 void AddQuads(const Grid& grid, const std::vector<uint32_t>& vertex, Mesh* mesh) {
   for (int z = 1; z < grid.nz; ++z) {
     for (int y = 1; y < grid.ny; ++y) {
@@ -198,8 +199,8 @@ void AddQuads(const Grid& grid, const std::vector<uint32_t>& vertex, Mesh* mesh)
   }
 }
 
-/// Triangles that bend too far from the normals of their corners, at edges sharper than the grid
-/// resolves, get corners of their own with the triangle's normal.
+/// Triangles that deviate too far from their vertex normals, at edges sharper than the grid
+/// resolution, get separate vertices with the triangle's normal.
 void FlattenSharpTriangles(Mesh* mesh) {
   constexpr float kCosOfSharp = 0.91f;
   for (size_t i = 0; i < mesh->indices.size(); i += 3) {

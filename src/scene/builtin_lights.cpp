@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A room with moving light: a small lamp crosses it and casts the shadows of a row of sliding
-/// slats on wall and floor. The history of such light soon becomes invalid.
+/// A room with moving light: a small lamp crosses it and casts shadows of a row of sliding slats on
+/// wall and floor. The temporal history of its direct light quickly becomes invalid.
 #include <cmath>
 #include <string>
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A room whose textures are seen in a wall mirror that turns, in chrome, through glass and through
-/// a window pane. A crate slides past all of them: its reflections move along other paths than the
-/// surfaces that show them.
+/// A room whose textures are visible in a rotating wall mirror, in chrome, through glass and
+/// through a window pane. A crate slides past all of them: the motion of its virtual images differs
+/// from that of the reflecting surfaces.
 #include <string>
 #include <utility>
 
@@ -18,7 +18,7 @@ constexpr float kHeight = 2.8f;
 constexpr float kBack = -2.3f;
 constexpr float kFront = 3.0f;
 
-/// Every wall has its own texture, so that reflections of all of them have detail.
+/// Every wall has its own texture, so that all reflections have detail.
 void AddRoom(Scene* scene) {
   const int floor =
       AddTexturedMaterial(scene,
@@ -52,8 +52,8 @@ void AddRoom(Scene* scene) {
                 .front = {bricks, across}});
 }
 
-/// Large and therefore dim, so that a single light sample has little noise and reflections of the
-/// panels keep their colour.
+/// Adds ceiling panels: large and therefore dim, so that a single light sample has little noise and
+/// reflections of the panels keep their colour.
 void AddPanels(Scene* scene) {
   const int warm = AddLightMaterial(scene, "warm panel", vec3(5.2f, 4.5f, 3.5f));
   const int cool = AddLightMaterial(scene, "cool panel", vec3(2.9f, 3.4f, 4.1f));
@@ -84,7 +84,8 @@ Mesh MakePane(vec2 size, int material) {
                   vec2(1.0f), material);
 }
 
-/// Turns about its upright axis, before the back wall; far enough from it for a turn of kTurn.
+/// Adds a mirror that rotates about its vertical axis, at a distance from the back wall that
+/// permits a rotation by kTurn.
 void AddMirror(Scene* scene, int wood) {
   const vec2 size(2.9f, 2.0f);
   constexpr float kBar = 0.06f;
@@ -135,7 +136,8 @@ void AddThings(Scene* scene) {
             vec3(1.95f, 0.0f, -1.05f));
 }
 
-/// Slides from the left, behind the glass ball, to behind the window while rotating by 90 degrees.
+/// Adds a crate that slides from the left, behind the glass ball, to behind the window while
+/// rotating by 90 degrees.
 void AddCrate(Scene* scene) {
   constexpr float kSide = 0.42f;
   const int wood = AddTexturedMaterial(

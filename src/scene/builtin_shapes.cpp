@@ -35,7 +35,7 @@ void AddQuad(Mesh* mesh, vec3 origin, vec3 edge_u, vec3 edge_v, vec2 uv_scale) {
   AddTriangle(mesh, a, c, d);
 }
 
-/// Slow at both ends, fastest in the middle: the integral of a cosine bell.
+/// Ease-in and ease-out: the integral of a cosine bell.
 float Ease(float t) {
   return t - std::sin(2.0f * kPi * t) / (2.0f * kPi);
 }
@@ -123,7 +123,8 @@ Mesh MakeCylinder(float radius, float height, int slices, vec2 uv_scale, int mat
 
 Mesh MakePatch(int columns, int rows, const std::function<vec3(float, float)>& point, vec2 uv_scale,
                int material) {
-  // Of the parameter: far above the rounding of a thin tube's positions, far below a fold of cloth.
+  // Parameter step of finite differences: far above the rounding errors of a thin tube's positions,
+  // far below the size of a fold of cloth.
   constexpr float kStep = 1.0f / 512.0f;
   Mesh mesh;
   mesh.material = material;
@@ -162,7 +163,8 @@ Mesh MakeTube(const std::function<vec3(float)>& centre, float radius, int sides,
 
 Mesh MakeLathe(const std::vector<vec2>& curve, int slices, vec2 uv_scale, int material) {
   const auto direction = [&](size_t i) { return glm::normalize(curve[i + 1] - curve[i]); };
-  // Of segment i's end at point i or i + 1: shared with its neighbour unless the corner is sharp.
+  // Tangent of a segment at its start or end: shared with the adjacent segment unless the corner is
+  // sharp.
   const auto tangent = [&](size_t segment, bool at_end) {
     constexpr float kCosOfSharp = 0.766f;
     const vec2 own = direction(segment);

@@ -13,7 +13,7 @@ namespace {
 constexpr float kPi = 3.14159265f;
 
 /// Radiance of the sky in a direction of unit length. The sun is a disc of 9 degrees radius with a
-/// soft edge: a real one would be two thousand times as bright and as hard to sample.
+/// soft edge: the real sun would be two thousand times as bright and as hard to sample.
 vec3 SkyRadiance(vec3 direction) {
   const vec3 zenith(0.24f, 0.42f, 0.80f);
   const vec3 horizon(0.85f, 0.95f, 1.05f);

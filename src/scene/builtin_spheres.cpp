@@ -25,11 +25,11 @@ float ColumnRoughness(int column) {
 }
 
 int AddGlass(Scene* scene, const std::string& name, int column) {
-  // The transmittance over one radius.
+  // Transmittance over a distance of one radius.
   static const std::array<vec3, kColumns> kTints = {
       vec3(1.0f, 1.0f, 1.0f),   vec3(0.95f, 0.55f, 0.35f), vec3(0.90f, 0.85f, 0.35f),
       vec3(0.40f, 0.85f, 0.5f), vec3(0.35f, 0.65f, 0.95f), vec3(0.75f, 0.45f, 0.9f)};
-  // Rougher glass only becomes grey: half the range of the other rows.
+  // Half the roughness range of the other rows: rougher glass only turns grey.
   const int index = AddMaterial(scene, name, vec3(1.0f), 0.0f, 0.5f * ColumnRoughness(column));
   Material& glass = scene->materials.back();
   glass.transmission = 1.0f;

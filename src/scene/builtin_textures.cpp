@@ -59,8 +59,8 @@ float InsideCell(float x, float width) {
   return Smooth(std::clamp((edge - 0.5f * width) / width, 0.0f, 1.0f));
 }
 
-/// sRGB codes of linear values 0..1. The steps are fine enough for the curve's steepest part, where
-/// one code is 1/3295 wide.
+/// Lookup table of sRGB codes for linear values 0..1, with steps fine enough for the steepest part
+/// of the curve, where one code is 1/3295 wide.
 std::vector<uint8_t> MakeEncodeTable() {
   constexpr int kSteps = 8192;
   std::vector<uint8_t> table;
@@ -110,7 +110,7 @@ float Fraction(float x) {
 Texture MakePlanks(const std::string& name, int size, int columns, vec3 light, vec3 dark,
                    uint32_t seed) {
   constexpr int kPlanksPerColumn = 2;
-  constexpr float kJoint = 0.02f;  // of a plank's width
+  constexpr float kJoint = 0.02f;  // fraction of a plank's width
   const NoiseLattice broad(columns * 12, 8, seed + 2);
   const NoiseLattice fine(columns * 32, 16, seed + 3);
   const NoiseLattice knots(columns * 4, 32, seed + 4);
@@ -133,7 +133,7 @@ Texture MakePlanks(const std::string& name, int size, int columns, vec3 light, v
 
 Texture MakeTiles(const std::string& name, int size, int tiles, vec3 tile, vec3 other, vec3 joint,
                   uint32_t seed) {
-  constexpr float kJoint = 0.025f;  // of a tile
+  constexpr float kJoint = 0.025f;  // fraction of a tile
   const NoiseLattice broad(tiles * 6, tiles * 6, seed);
   const NoiseLattice fine(tiles * 20, tiles * 20, seed + 1);
   return MakeTexture(name, size, [&](float u, float v) {
@@ -151,7 +151,7 @@ Texture MakeTiles(const std::string& name, int size, int tiles, vec3 tile, vec3 
 
 Texture MakeBricks(const std::string& name, int size, int rows, vec3 brick, vec3 mortar,
                    uint32_t seed) {
-  constexpr float kJoint = 0.06f;  // of a brick's height
+  constexpr float kJoint = 0.06f;  // fraction of a brick's height
   const NoiseLattice broad(48, 48, seed);
   const NoiseLattice fine(200, 200, seed + 1);
   return MakeTexture(name, size, [&](float u, float v) {

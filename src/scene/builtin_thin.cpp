@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Thin things in motion before a brick wall: wires, a gate of wire mesh, grass in a pot and cloth
-/// with folds. Many are narrower than a pixel; what lies behind them appears anew in every frame.
+/// Thin moving objects before a brick wall: wires, a gate of wire mesh, grass in a pot and cloth
+/// with folds. Many are narrower than a pixel, and disocclude the background in every frame.
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -22,7 +22,7 @@ constexpr float kWall = -0.9f;
 const vec3 kAxisX(1.0f, 0.0f, 0.0f);
 const vec3 kAxisY(0.0f, 1.0f, 0.0f);
 
-/// Uniform in 0..1, the same for the same arguments.
+/// Deterministic random number in 0..1, a hash of the arguments.
 float Chance(int index, uint32_t purpose) {
   return UniformFloat(HashCombine(purpose, static_cast<uint32_t>(index)));
 }
@@ -48,7 +48,7 @@ void AddYard(Scene* scene) {
             vec3(0.0f));
 }
 
-/// A soft sky, and a panel above the camera's left for the shadows.
+/// Adds a diffuse sky, and a panel above the camera's left that casts shadows.
 void AddLight(Scene* scene) {
   scene->environment.radiance = vec3(0.42f, 0.50f, 0.60f);
   const int panel = AddLightMaterial(scene, "panel", vec3(52.0f, 45.0f, 34.0f));
@@ -67,7 +67,7 @@ Mesh MakeWire(vec3 from, vec3 to, float sag, float radius, int material) {
       radius, kSides, segments, material);
 }
 
-/// Rotates a node at `place` about an axis: `swings` times to +-`radians`.
+/// Animates a node at `place` to swing about an axis: `swings` times to +-`radians`.
 void Swing(Scene* scene, int node, vec3 place, vec3 axis, float radians, float swings,
            float phase) {
   Animate(scene, node, [=](float t) {
@@ -78,7 +78,7 @@ void Swing(Scene* scene, int node, vec3 place, vec3 axis, float radians, float s
   });
 }
 
-/// Hangs from y = 0 downwards; its folds become deeper towards the lower edge.
+/// A cloth that hangs down from y = 0; its folds become deeper towards the lower edge.
 Mesh MakeCloth(vec2 size, int material) {
   constexpr float kFolds = 5.0f;
   constexpr float kDepth = 0.065f;
@@ -109,7 +109,7 @@ void AddClothOnLine(Scene* scene, int steel) {
   Swing(scene, cloth, place, kAxisX, 0.16f, 1.5f, 0.0f);
 }
 
-/// Wires across the picture that swing about the line through their ends.
+/// Adds wires across the image that swing about the line through their ends.
 void AddWires(Scene* scene, int steel) {
   constexpr int kWires = 4;
   for (int i = 0; i < kWires; ++i) {
@@ -170,7 +170,7 @@ Mesh MakeBlade(float length, float bend, float azimuth, int material) {
   return MakePatch(
       2, 14,
       [=](float u, float v) {
-        // A tip of no width has no normal.
+        // A tip of zero width has no normal.
         const float width = kHalfWidth * std::max(1.0f - v * v, 0.08f);
         const vec3 centre =
             length * (std::sin(bend * v) * outward + std::cos(bend * v) * v * kAxisY);
@@ -179,7 +179,7 @@ Mesh MakeBlade(float length, float bend, float azimuth, int material) {
       vec2(1.0f), material);
 }
 
-/// Blades that sway as one.
+/// A tuft of blades that sway together.
 Mesh MakeTuft(int tuft, int blades, int material) {
   Mesh mesh;
   mesh.material = material;

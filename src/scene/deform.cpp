@@ -27,7 +27,7 @@ void ForAll(size_t count, const Body& body) {
                     });
 }
 
-/// v at unit length, or `fallback` without a direction.
+/// v normalised, or `fallback` if v is zero.
 vec3 UnitOr(vec3 v, vec3 fallback) {
   // In double precision: cofactors are products of up to 1e18 each.
   const glm::dvec3 exact(v);
@@ -35,8 +35,8 @@ vec3 UnitOr(vec3 v, vec3 fallback) {
   return length2 > 0.0 && std::isfinite(length2) ? vec3(exact / std::sqrt(length2)) : fallback;
 }
 
-/// Adds the deltas of the morph targets. A target has no vertex twice, and targets follow each
-/// other in their order.
+/// Adds the deltas of the morph targets: deterministic, since a target has no duplicate vertices
+/// and targets are applied in order.
 void AddTargets(const Mesh& mesh, const std::vector<float>& weights, DeformedMesh* out) {
   STILLRAY_CHECK_EQ(weights.size(), mesh.targets.size());
   for (size_t t = 0; t < weights.size(); ++t) {

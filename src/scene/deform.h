@@ -10,10 +10,10 @@
 
 namespace stillray {
 
-/// What deforms the mesh of an instance at one moment.
+/// Joint matrices and morph weights of an instance at one moment.
 struct Pose {
-  std::vector<mat4> joints;    ///< of its skin: from the rest pose to the world; empty: no skin
-  std::vector<float> weights;  ///< of the mesh's morph targets; empty: none acts
+  std::vector<mat4> joints;    ///< skinning matrices, rest pose to world; empty: no skin
+  std::vector<float> weights;  ///< morph target weights; empty: no active target
 
   bool empty() const { return joints.empty() && weights.empty(); }
   bool operator==(const Pose& other) const {
@@ -21,32 +21,34 @@ struct Pose {
   }
 };
 
-/// The vertices of a mesh in a pose: in the world if it has a skin, else in the mesh's space.
+/// The deformed vertices of a mesh: in world space if it has a skin, else in object space.
 struct DeformedMesh {
   std::vector<vec3> positions;
-  std::vector<vec3> normals;   ///< unit length; zero where the deformation leaves no direction
+  std::vector<vec3> normals;   ///< unit length; zero where the deformation is degenerate
   std::vector<vec4> tangents;  ///< empty if the mesh has none
 };
 
 /// Whether the mesh of an instance may differ from its rest pose at any time.
 bool MayDeform(const Scene& scene, const Instance& instance);
 
-/// Whether its pose, apart from the transforms of joints, is animated.
+/// Whether the morph weights of an instance are animated.
 bool HasAnimatedWeights(const Scene& scene, const Instance& instance);
 
-/// \param instance  MayDeform
-/// \param nodes     NodeTransforms at `seconds`
+/// \param instance  must satisfy MayDeform
+/// \param nodes     result of NodeTransforms at `seconds`
 Pose PoseOf(const Scene& scene, const Instance& instance, const std::vector<mat4>& nodes,
             double seconds);
 
-/// Sets all vertices of a mesh: positions and tangents by the weighted sum of the joints' matrices,
-/// normals by its cofactors. The result does not depend on the number of threads.
+/// Linear blend skinning and morphing of all vertices of a mesh: positions and tangents are
+/// transformed by the weighted sum of the joint matrices, normals by its cofactor matrix. The
+/// result is independent of the number of threads.
 void Deform(const Mesh& mesh, const Pose& pose, DeformedMesh* out);
 
-/// -1 if most joints of the pose mirror: then the front is where triangles are clockwise; else 1.
+/// -1 if most joint matrices of the pose mirror, so that front faces have clockwise winding; else
+/// 1.
 float PoseOrientation(const Pose& pose);
 
-/// The cofactor matrix: determinant times inverse transpose, defined for singular matrices too.
+/// The cofactor matrix: determinant times inverse transpose, also defined for singular matrices.
 inline mat3 CofactorMatrix(const mat3& m) {
   return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
 }

@@ -19,10 +19,10 @@ constexpr uint64_t kUnsignedShort = 5123;
 constexpr uint64_t kUnsignedInt = 5125;
 constexpr uint64_t kFloat = 5126;
 
-/// Larger than any array of a scene that fits into memory.
+/// Maximum number of elements: larger than any array of a scene that fits into memory.
 constexpr uint64_t kMaxElements = 100'000'000;
-/// Elements that an accessor without data (all zero) may have in excess of the file's size in
-/// bytes: real files use such accessors only for small morph targets and placeholders.
+/// Maximum number of elements of an accessor without data (all zero) in excess of the file's size
+/// in bytes: real files use accessors without data only for small morph targets and placeholders.
 constexpr uint64_t kMaxFreeElements = 1'000'000;
 
 const std::array<uint8_t, 64> kZeros{};
@@ -51,7 +51,7 @@ int ComponentCount(const std::string& type) {
     return type[3] - '0';
   }
   if (type == "MAT4") {
-    return 16;  // its columns are not padded, whatever the component type
+    return 16;  // columns are not padded for any component type
   }
   return 0;
 }
@@ -99,8 +99,8 @@ uint32_t LoadUnsigned(const uint8_t* bytes, uint64_t type) {
   }
 }
 
-/// Locates the bytes of `count` elements from `offset` on; false (and a failure in the log) if they
-/// do not all lie in the view.
+/// Locates the bytes of `count` elements from `offset` on; logs a failure and returns false if they
+/// exceed the view.
 bool OpenElements(const GltfDocument& document, const JsonView& owner, uint64_t count,
                   size_t element_bytes, bool may_stride, const uint8_t** data, size_t* stride) {
   ImportLog* log = owner.log();

@@ -17,7 +17,7 @@ namespace stillray {
 class Accessor {
  public:
   size_t count() const { return count_; }
-  int components() const { return components_; }  ///< 1..4; 16 for MAT4, in columns
+  int components() const { return components_; }  ///< 1..4; 16 for MAT4, column-major
   bool is_float() const { return component_type_ == 5126; }
   size_t component_bytes() const { return component_bytes_; }
   bool normalized() const { return normalized_; }
@@ -26,7 +26,7 @@ class Accessor {
   }
 
   /// The components of element i, i < count(). Normalised integers are mapped to -1..1 or 0..1
-  /// (glTF 2.0, 3.6.2.2); others keep their value.
+  /// (glTF 2.0, 3.6.2.2); other integers are converted.
   void Read(size_t i, float* out) const;
   /// Element i of a scalar accessor of unsigned integers.
   uint32_t ReadIndex(size_t i) const;
@@ -47,8 +47,8 @@ class Accessor {
 };
 
 /// Opens accessors[index].
-/// \param user  the referring element, for messages
-/// \return false after a failure, which is in the log
+/// \param user  name of the referencing element, for error messages
+/// \return false after a failure, which is logged
 bool OpenAccessor(const GltfDocument& document, ImportLog* log, int index, const std::string& user,
                   Accessor* accessor);
 

@@ -15,7 +15,7 @@ namespace stillray {
 
 namespace {
 
-/// Larger values in an animation are damage; see also kMaxCoordinate.
+/// Larger animated values are treated as damage; see also kMaxCoordinate.
 constexpr float kMaxAnimatedValue = 1e18f;
 
 struct ChannelTarget {
@@ -40,7 +40,8 @@ ChannelTarget ReadTarget(GltfImport* import, const JsonView& channel) {
     return result;
   }
   const int node = target.Index("node", import->node_of_gltf.size(), "nodes");
-  // Without a node an extension may define the target; nodes outside the scene are invisible.
+  // Channels without a node may have a target defined by an extension; nodes outside the scene are
+  // invisible.
   result.node = node < 0 ? -1 : import->node_of_gltf[static_cast<size_t>(node)];
   return result;
 }
@@ -89,7 +90,7 @@ Interpolation ReadInterpolation(const JsonView& sampler) {
   return Interpolation::kLinear;
 }
 
-/// Morph weights: scalars, for each key as many as the node's meshes have targets.
+/// Reads morph weights: per key one scalar for each target of the node's mesh.
 bool ReadWeights(GltfImport* import, const JsonView& sampler, int accessor_index, size_t expected,
                  const Accessor& accessor, AnimationChannel* channel) {
   if (accessor.components() != 1 || accessor.count() != expected) {

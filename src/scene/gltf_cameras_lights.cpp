@@ -32,7 +32,7 @@ void ReadSpot(const JsonView& light, PunctualLight* out) {
       spot.NumberIn("innerConeAngle", out->inner_cone_angle, 0.0f, out->outer_cone_angle);
 }
 
-/// camera.extras.lens: only stillray's own form is read.
+/// Reads camera.extras.lens, if it has stillray's format.
 Lens ReadLens(GltfImport* import, const JsonView& camera) {
   Lens lens;
   if (!camera.IsObject("extras") || !camera.Object("extras").IsObject("lens")) {

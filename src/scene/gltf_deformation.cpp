@@ -65,7 +65,7 @@ bool CheckWeightType(const Accessor& accessor, Primitive* primitive, const char*
   return false;
 }
 
-/// What was mended in the weights of a mesh: numbers of vertices.
+/// Numbers of vertices with repaired weights in a mesh.
 struct MendedWeights {
   size_t no_weight = 0;  ///< negative or not finite
   size_t other_sum = 0;
@@ -74,7 +74,7 @@ struct MendedWeights {
 
 /// Scales the weights of a vertex to the sum 1.
 void NormaliseWeights(float* weights, uint16_t* joints, size_t count, MendedWeights* mended) {
-  // Beyond what eight weights of 8 bits each may lack by rounding.
+  // Larger than the rounding error of a sum of eight 8-bit weights.
   constexpr double kTolerance = 0.02;
   double sum = 0;
   bool good = true;
@@ -95,7 +95,7 @@ void NormaliseWeights(float* weights, uint16_t* joints, size_t count, MendedWeig
   for (size_t k = 0; k < count; ++k) {
     weights[k] = static_cast<float>(static_cast<double>(weights[k]) / sum);
     if (weights[k] == 0.0f) {
-      joints[k] = 0;  // may be any number in the file
+      joints[k] = 0;  // may be an arbitrary number in the file
     }
   }
 }
@@ -142,8 +142,8 @@ bool ReadDeltas(const GltfDocument& document, Primitive* primitive, int index,
   return true;
 }
 
-/// Keeps the vertices that the target moves.
-/// \param deltas  of positions, normals and tangents; empty: none
+/// Makes a sparse morph target of the vertices with nonzero deltas.
+/// \param deltas  deltas of positions, normals and tangents; empty: none
 MorphTarget MakeTarget(size_t vertices, const std::array<std::vector<vec3>, 3>& deltas) {
   MorphTarget target;
   for (size_t i = 0; i < vertices; ++i) {
@@ -253,7 +253,7 @@ void ReadTargets(const GltfDocument& document, Primitive* primitive, size_t vert
       return;
     }
     if (primitive->normal < 0) {
-      deltas[1].clear();  // flat normals follow the triangles
+      deltas[1].clear();  // flat normals are recomputed from the deformed triangles
     }
     primitive->mesh.targets.push_back(MakeTarget(used.size(), deltas));
   }

@@ -146,7 +146,7 @@ const std::vector<uint8_t>* LoadUri(const JsonView& owner, GltfDocument* documen
     return nullptr;
   }
   const bool inlined = IsDataUri(uri);
-  std::string key = "data:" + owner.path();  // not a prefix of any file's path
+  std::string key = "data:" + owner.path();  // cannot collide with a file path
   if (!inlined) {
     Result<std::string> path = ResolveUri(uri, document->base_folder);
     if (!path.ok()) {

@@ -21,17 +21,16 @@ namespace stillray {
 
 using ByteSpan = std::span<const uint8_t>;
 
-/// The JSON and buffers of a glTF file. References the bytes it was made from, which must outlive
-/// it.
+/// The JSON and buffers of a glTF file. References the input bytes, which must outlive it.
 struct GltfDocument {
   nlohmann::json json;
   std::string base_folder;  ///< folder of the file; empty: no external files
   bool has_binary_chunk = false;
   ByteSpan binary_chunk;
-  std::vector<ByteSpan> buffers;  ///< each cut to its byteLength
+  std::vector<ByteSpan> buffers;  ///< each truncated to its byteLength
   /// Contents of files and data URIs, by path or by the URI's owner; `buffers` points into these.
   std::map<std::string, std::unique_ptr<std::vector<uint8_t>>> files;
-  size_t total_bytes = 0;  ///< of the document and all its references, each counted once
+  size_t total_bytes = 0;  ///< bytes of the document and all referenced files, each counted once
 
   JsonView Root(ImportLog* log) const { return {&json, "", log}; }
 };
@@ -44,14 +43,14 @@ Status ParseGltf(ByteSpan bytes, const std::string& base_folder, GltfDocument* d
 /// Fills GltfDocument::buffers.
 void LoadBuffers(GltfDocument* document, ImportLog* log);
 
-/// The bytes that a "uri" member refers to; read once, however often they are referenced.
-/// \return nullptr after a failure, which is in the log under the view's path
+/// The data of a "uri" member; read only once if referenced several times.
+/// \return nullptr after a failure, which is logged with the view's path
 const std::vector<uint8_t>* LoadUri(const JsonView& owner, GltfDocument* document);
 
-/// The bytes of bufferViews[index], after checking the view.
-/// \param user    the referring element, for messages
-/// \param stride  [out] distance of elements, 0 if not given; may be nullptr
-/// \return false after a failure, which is in the log
+/// Checks bufferViews[index] and returns its bytes.
+/// \param user    name of the referencing element, for error messages
+/// \param stride  [out] byteStride, 0 if not given; may be nullptr
+/// \return false after a failure, which is logged
 bool OpenBufferView(const GltfDocument& document, ImportLog* log, size_t index,
                     const std::string& user, ByteSpan* bytes, size_t* stride);
 

@@ -23,13 +23,13 @@ namespace stillray {
 
 namespace {
 
-/// Elements that any file may use, and how many more per byte of it. A real file has less than one
-/// per byte, unless it shares accessors between primitives.
+/// Element budget of every file, and additional elements per byte. Real files have less than one
+/// element per byte, unless primitives share accessors.
 constexpr uint64_t kFreeElements = 4'000'000;
 constexpr uint64_t kElementsPerByte = 16;
 constexpr uint64_t kMaxElements = 1'000'000'000;
 
-/// The node of a world transform that cannot be traced, -1 if there is none.
+/// The first node whose world transform is not IsTraceable; -1 if there is none.
 int FindBadTransform(const std::vector<mat4>& worlds) {
   for (size_t i = 0; i < worlds.size(); ++i) {
     if (!IsTraceable(worlds[i])) {
@@ -39,7 +39,7 @@ int FindBadTransform(const std::vector<mat4>& worlds) {
   return -1;
 }
 
-/// Checks the scene as a whole and adds missing camera and light.
+/// Checks the complete scene and adds a missing camera and missing lights.
 void Complete(GltfImport* import) {
   Scene& scene = import->scene;
   const int bad = scene.instances.empty() ? -1 : FindBadTransform(NodeTransforms(scene, 0.0));
@@ -53,7 +53,7 @@ void Complete(GltfImport* import) {
   CompleteScene(import->has_environment, &import->log, &scene);
 }
 
-/// Of all files of the scene.
+/// Checksum over all files of the scene.
 uint64_t ChecksumOf(ByteSpan bytes, const GltfDocument& document) {
   uint64_t sum = AddFileToChecksum(bytes, kEmptyChecksum);
   for (const auto& [name, content] : document.files) {
@@ -89,7 +89,7 @@ Result<Scene> Import(ByteSpan bytes, const std::string& base_folder, const KeepG
 constexpr const char* kExpected =
     "a scene in glTF 2.0 (.gltf, .glb), Wavefront OBJ (.obj) or builtin:NAME";
 
-/// What files of other formats are called, by their extension.
+/// Name of a known other format, by file extension.
 std::string FormatName(const std::string& extension) {
   static constexpr std::array<std::array<std::string_view, 2>, 16> kFormats = {{
       {".fbx", "Autodesk FBX"},
@@ -117,8 +117,8 @@ std::string FormatName(const std::string& extension) {
   return extension.empty() ? "files of this kind" : "files in " + Printable(extension);
 }
 
-/// Whether a file of another name could be glTF: the binary form starts with these letters, and the
-/// text form is a JSON object.
+/// Whether a file with another extension could be glTF: the binary form starts with a magic number,
+/// and the text form is a JSON object.
 bool MayBeGltf(ByteSpan bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const size_t begin = text.find_first_not_of(" \t\r\n");

@@ -200,7 +200,7 @@ void ReadTransmission(GltfImport* import, const JsonView& view, Material* materi
 
 /// Drafts of the extension have two names for the colour.
 void ReadVolumeScatter(const JsonView& view, Material* material) {
-  // A phase function of 1 scatters nothing, and is no function.
+  // An anisotropy of 1 is a delta phase function, which does not scatter.
   constexpr float kMostAnisotropy = 0.999f;
   const JsonView scatter = view.Extension("KHR_materials_volume_scatter");
   const char* key =
@@ -224,7 +224,7 @@ void ReadVolumeScatter(const JsonView& view, Material* material) {
   }
 }
 
-/// A colour factor without an upper limit but that of a float.
+/// Reads a colour factor whose only upper limit is the range of float.
 void ReadStrength(const JsonView& view, const char* key, vec3* colour) {
   if (!view.Numbers(key, &colour->x, 3)) {
     return;
@@ -289,7 +289,7 @@ void ReadAnisotropy(GltfImport* import, const JsonView& view, Material* material
 }
 
 void ReadIridescence(GltfImport* import, const JsonView& view, Material* material) {
-  // Far beyond films that interfere visibly.
+  // Far beyond the thickness of visible interference.
   constexpr float kThickest = 1e6f;
   constexpr float kMostIor = 10.0f;
   const JsonView film = view.Extension("KHR_materials_iridescence");
@@ -304,8 +304,8 @@ void ReadIridescence(GltfImport* import, const JsonView& view, Material* materia
       ReadTextureRef(import, film.Object("iridescenceThicknessTexture"));
 }
 
-/// KHR_materials_unlit: the base colour is visible regardless of light. Here it is the emission of
-/// a black surface that reflects nothing (index of refraction 1).
+/// KHR_materials_unlit, where the base colour is independent of lighting: implemented as the
+/// emission of a black surface without reflection (index of refraction 1).
 void MakeUnlit(const JsonView& view, Material* material) {
   view.log()->Warn("KHR_materials_unlit: unlit materials are shown as emission");
   material->emission = vec3(material->base_color);

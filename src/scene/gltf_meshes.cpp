@@ -22,9 +22,11 @@ namespace stillray {
 namespace {
 
 constexpr uint64_t kMaxInstances = 10'000'000;
-/// An instance takes about 900 bytes, most of them in the BVH; an element up to 28.
+/// Cost of an instance in elements: an instance takes about 900 bytes, mostly in the BVH, an
+/// element up to 28.
 constexpr uint64_t kElementsPerInstance = 32;
-/// A vertex of an instance that deforms takes about 80 bytes, and its triangles as many in the BVH.
+/// Cost of a deformed vertex in elements: it takes about 80 bytes, and its triangles 80 more in the
+/// BVH.
 constexpr uint64_t kElementsPerDeformedVertex = 4;
 constexpr uint64_t kTriangles = 4;
 constexpr uint64_t kTriangleStrip = 5;
@@ -143,7 +145,7 @@ void MakeTriangles(Primitive* primitive, std::vector<uint32_t>* indices) {
 }
 
 /// Reads the positions in use and drops triangles that cannot be rendered.
-/// \param used  [in,out] the file's number of every vertex of the mesh
+/// \param used  [in,out] file index of every vertex of the mesh
 void ReadPositions(const Accessor& accessor, Primitive* primitive, std::vector<uint32_t>* used) {
   Mesh& mesh = primitive->mesh;
   mesh.positions.resize(used->size());
@@ -173,7 +175,7 @@ void ReadPositions(const Accessor& accessor, Primitive* primitive, std::vector<u
   }
 }
 
-/// Gives every triangle its own vertices.
+/// Duplicates shared vertices, so that every triangle has its own.
 void Unshare(Mesh* mesh, std::vector<uint32_t>* used) {
   std::vector<uint32_t> file_numbers;
   std::vector<vec3> positions;
@@ -253,7 +255,7 @@ void ReadColours(const GltfDocument& document, Primitive* primitive, size_t vert
     std::array<float, 4> value = {1.0f, 1.0f, 1.0f, 1.0f};
     accessor.Read(used[i], value.data());
     for (float& component : value) {
-      // Also turns NaN into 0. Colours above 1 would reflect more light than arrives.
+      // Also maps NaN to 0. Colours above 1 would violate energy conservation.
       const float clamped = component > 0.0f ? std::min(component, 1.0f) : 0.0f;
       mended = mended || !(clamped == component);
       component = clamped;
@@ -299,7 +301,7 @@ bool ReadTangents(const GltfDocument& document, Primitive* primitive, size_t ver
   return true;
 }
 
-/// Textures need coordinates; a mesh without them gets zeros.
+/// Adds zero texture coordinates to a mesh that needs them but has none.
 void ProvideUvs(const Material& material, Primitive* primitive) {
   for (const MaterialTexture& texture : kMaterialTextures) {
     const TextureRef& ref = material.*texture.slot;
@@ -312,7 +314,7 @@ void ProvideUvs(const Material& material, Primitive* primitive) {
   }
 }
 
-/// The texture by whose coordinates tangents are computed; null if the material needs none.
+/// The texture whose coordinates define the tangents; null if the material needs no tangents.
 const TextureRef* TextureOfTangents(const Material& material) {
   if (material.normal_texture.texture >= 0) {
     return &material.normal_texture;
@@ -323,7 +325,7 @@ const TextureRef* TextureOfTangents(const Material& material) {
   return material.anisotropy > 0.0f ? &material.anisotropy_texture : nullptr;
 }
 
-/// Tangents of the file, or computed ones.
+/// Sets the tangents of the file, or computes tangents.
 void ProvideTangents(const GltfDocument& document, const Material& material, size_t vertices,
                      const std::vector<uint32_t>& used, Primitive* primitive) {
   const TextureRef* texture = TextureOfTangents(material);
@@ -342,7 +344,7 @@ void ProvideTangents(const GltfDocument& document, const Material& material, siz
   ComputeTangents(*texture, &mesh);
 }
 
-/// Reads all data of a primitive. Its mesh has no triangles if none can be rendered.
+/// Reads all data of a primitive. The mesh is empty if no triangle can be rendered.
 void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& materials,
                    Primitive* primitive) {
   Mesh& mesh = primitive->mesh;
@@ -370,7 +372,7 @@ void ReadPrimitive(const GltfDocument& document, const std::vector<Material>& ma
   ProvideTangents(document, material, vertices, used, primitive);
 }
 
-/// The primitives of all meshes in use, and their indices per glTF mesh.
+/// The primitives of all used meshes, and their indices per glTF mesh.
 std::vector<Primitive> PlanPrimitives(GltfImport* import,
                                       std::map<int, std::pair<size_t, size_t>>* range_of_mesh) {
   const JsonView root = import->Root();
@@ -409,7 +411,7 @@ std::vector<Primitive> PlanPrimitives(GltfImport* import,
   return primitives;
 }
 
-/// The weights of a node's morph targets: its own, else those of its mesh; all 0 without either.
+/// The morph target weights of a node: its own weights, else the weights of its mesh, else all 0.
 std::vector<float> ReadMorphWeights(const JsonView& root, const GltfMeshUse& use, size_t targets) {
   std::vector<float> weights(targets, 0.0f);
   const JsonView node = root.Item("nodes", static_cast<size_t>(use.gltf_node));
@@ -432,14 +434,14 @@ std::vector<float> ReadMorphWeights(const JsonView& root, const GltfMeshUse& use
   return weights;
 }
 
-/// The joint with the largest number, -1 if there are none.
+/// The largest joint index, -1 if there are no joints.
 int LargestJoint(const Mesh& mesh) {
   const auto largest = std::max_element(mesh.joints.begin(), mesh.joints.end());
   return largest == mesh.joints.end() ? -1 : *largest;
 }
 
 /// The skin of a primitive on a node, as an index into Scene::skins; -1: none, or after a failure.
-/// \param largest_joint  of the primitive
+/// \param largest_joint  largest joint index of the primitive
 int SkinOf(GltfImport* import, const GltfMeshUse& use, const Primitive& primitive,
            int largest_joint) {
   if (use.gltf_skin < 0) {
@@ -461,7 +463,8 @@ int SkinOf(GltfImport* import, const GltfMeshUse& use, const Primitive& primitiv
   return skin;
 }
 
-/// Nodes that share meshes of many primitives create many instances from few bytes.
+/// Charges the budget for instances: nodes that share meshes of many primitives create many
+/// instances from few bytes.
 bool ChargeInstances(GltfImport* import,
                      const std::map<int, std::pair<size_t, size_t>>& range_of_mesh) {
   uint64_t instances = 0;

@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kNoParent = -1;
 
-/// The parent of every glTF node. Reports second parents (glTF 2.0, 3.5.2: a forest of trees).
+/// The parent of every glTF node. Reports nodes with two parents (glTF 2.0, 3.5.2: nodes form a
+/// forest).
 std::vector<int> ReadParents(GltfImport* import, std::vector<std::vector<int>>* children_of_node) {
   const JsonView root = import->Root();
   const size_t count = root.Size("nodes");
@@ -37,7 +38,7 @@ std::vector<int> ReadParents(GltfImport* import, std::vector<std::vector<int>>* 
   return parents;
 }
 
-/// Every node must reach a root: walks up from each, marking visited nodes.
+/// Checks that every node reaches a root, by walking up from each node and marking visited nodes.
 void CheckNoCycles(GltfImport* import, const std::vector<int>& parents) {
   std::vector<char> reaches_root(parents.size(), 0);
   for (size_t start = 0; start < parents.size(); ++start) {
@@ -93,7 +94,7 @@ Node ReadNode(const JsonView& view) {
 }
 
 void ReadEnvironment(GltfImport* import, const JsonView& scene) {
-  // Extras may hold any data of the file's author: only stillray's own form is read.
+  // Extras may hold arbitrary data: only stillray's format is read.
   if (!scene.IsObject("extras") || !scene.Object("extras").IsObject("environment")) {
     return;
   }
@@ -115,7 +116,8 @@ void ReadEnvironment(GltfImport* import, const JsonView& scene) {
   import->has_environment = true;
 }
 
-/// The roots of the traversal: those of the default scene, else of the first scene, else all roots.
+/// The roots of the traversal: nodes of the default scene, else of the first scene, else all root
+/// nodes.
 std::vector<int> SceneRoots(GltfImport* import, const std::vector<int>& parents) {
   const JsonView root = import->Root();
   const size_t scenes = root.Size("scenes");

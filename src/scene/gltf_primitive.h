@@ -37,7 +37,7 @@ struct Primitive {
   std::array<int, 2> joints = {-1, -1};
   std::array<int, 2> weights = {-1, -1};
   std::vector<TargetAccessors> targets;
-  ImportLog log;  ///< of the parallel part
+  ImportLog log;  ///< messages of the parallel part
   Mesh mesh;
 
   bool deforms() const { return joints[0] >= 0 || !targets.empty(); }
@@ -47,24 +47,24 @@ struct Primitive {
 bool OpenAttribute(const GltfDocument& document, Primitive* primitive, int index, const char* name,
                    int min_components, int max_components, Accessor* accessor);
 
-/// The same for attributes other than POSITION, which must have as many elements as POSITION.
+/// OpenAttribute for attributes other than POSITION, which must have as many elements as POSITION.
 bool OpenVertexAttribute(const GltfDocument& document, Primitive* primitive, int index,
                          const char* name, int min_components, int max_components, size_t vertices,
                          Accessor* accessor);
 
-/// Elements of `accessor` that differ from those of its buffer view: the cost of opening it.
+/// Number of sparse elements of `accessor`, which is the cost of opening it.
 uint64_t SparseCount(const JsonView& root, int accessor);
 
 /// Sets the accessors of joints, weights and morph targets.
-/// \param cost  [in,out] elements that reading them takes
-/// \return false after a failure, which is in the log of the view
+/// \param cost  [in,out] number of elements to read, is increased
+/// \return false after a failure, which is logged by the view
 bool PlanDeformation(const JsonView& root, const JsonView& view, uint64_t vertices, Primitive* plan,
                      uint64_t* cost);
 
-/// Reads joints and weights, and morph targets. Weights that are no weights, or do not add up to 1,
-/// are mended with a warning.
-/// \param vertices  of POSITION
-/// \param used      the file's number of every vertex of the mesh
+/// ReadJoints and ReadTargets read joints and weights, and morph targets. Invalid weights, and
+/// weights that do not sum to 1, are repaired with a warning.
+/// \param vertices  number of elements of POSITION
+/// \param used      file index of every vertex of the mesh
 void ReadJoints(const GltfDocument& document, Primitive* primitive, size_t vertices,
                 const std::vector<uint32_t>& used);
 void ReadTargets(const GltfDocument& document, Primitive* primitive, size_t vertices,

@@ -78,7 +78,8 @@ bool ReadInverseBind(GltfImport* import, const JsonView& view, Skin* skin) {
 Skin ReadSkin(GltfImport* import, const JsonView& view) {
   Skin skin;
   skin.name = view.String("name");
-  view.Index("skeleton", import->node_of_gltf.size(), "nodes");  // checked only: joints suffice
+  // Only validated: the joints suffice.
+  view.Index("skeleton", import->node_of_gltf.size(), "nodes");
   skin.joints = ReadJointNodes(import, view);
   if (import->log.ok() && import->Charge(view.path(), 4 * skin.joints.size())) {
     ReadInverseBind(import, view, &skin);

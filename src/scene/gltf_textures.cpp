@@ -25,7 +25,7 @@ std::string TextureLabel(const GltfImport& import, size_t texture) {
                      import.image_of_texture[texture]);
 }
 
-/// The encoded picture of a texture.
+/// Finds the encoded image of a texture.
 Status FindBytes(GltfImport* import, size_t texture, ByteSpan* bytes) {
   ImportLog log;
   const JsonView image = import->document.Root(&log).Item(
@@ -47,7 +47,7 @@ Status FindBytes(GltfImport* import, size_t texture, ByteSpan* bytes) {
   return log.status();
 }
 
-/// The file that a damaged picture came from.
+/// The file name of a damaged image, for messages.
 std::string FileName(GltfImport* import, size_t texture) {
   ImportLog ignored;
   const JsonView image = import->document.Root(&ignored).Item(

@@ -19,9 +19,9 @@ namespace {
 
 using Bytes = std::span<const uint8_t>;
 
-/// Maximum texels per byte, so that a few bytes cannot claim gigabytes. PNG: deflate packs 1032
-/// bytes into one (RFC 1951: 258 bytes per 2 bits) and a byte holds up to 8 texels. JPEG: an MCU of
-/// 16x16 texels takes at least 6 bits. WebP has no such bound.
+/// Maximum texels per encoded byte, so that a small file cannot allocate gigabytes. PNG: deflate
+/// packs 1032 bytes into one (RFC 1951: 258 bytes per 2 bits) and a byte holds up to 8 texels.
+/// JPEG: an MCU of 16x16 texels takes at least 6 bits. WebP has no such bound.
 constexpr uint64_t kMaxPngTexelsPerByte = 1032 * 8;
 constexpr uint64_t kMaxJpegTexelsPerByte = 2048;
 

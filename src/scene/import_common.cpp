@@ -17,9 +17,9 @@ namespace stillray {
 
 namespace {
 
-/// Limit for all textures of a scene together, against exhaustion of memory.
+/// Limit on the total size of a scene's textures, against memory exhaustion.
 constexpr uint64_t kMaxTextureBytes = uint64_t{4} << 30;
-/// The most that real pictures reach.
+/// Maximum compression ratio of real images.
 constexpr uint64_t kTextureBytesPerByte = 256;
 
 /// Adds a camera that views the whole scene from the front, slightly from above and from the right.

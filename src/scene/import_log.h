@@ -12,21 +12,21 @@
 
 namespace stillray {
 
-/// Collects messages. Only the first error is kept: later ones are its consequences. Not thread
-/// safe: parallel work writes into separate logs, which are appended in a fixed order.
+/// Collects messages. Only the first error is kept: later errors are its consequences. Not
+/// thread-safe: parallel tasks write to separate logs, which are appended in a fixed order.
 class ImportLog {
  public:
-  /// Maximum number of warnings kept; the rest are only counted.
+  /// Maximum number of warnings kept; further warnings are only counted.
   static constexpr size_t kMaxWarnings = 100;
 
   void Fail(Status status);
-  /// Each text is kept once.
+  /// Adds a warning; duplicates are dropped.
   void Warn(const std::string& text);
   void Append(const ImportLog& other);
 
   bool ok() const { return status_.ok(); }
   const Status& status() const { return status_; }
-  /// The warnings, and how many more there were.
+  /// Returns the warnings, followed by the number of dropped ones.
   std::vector<std::string> TakeWarnings();
 
  private:

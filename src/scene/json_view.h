@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Typed reading of JSON; every error is reported with its location, such as
+/// Typed JSON reader; every error is reported with its location, such as
 /// "meshes[3].primitives[0].material".
 #pragma once
 
@@ -15,8 +15,8 @@
 
 namespace stillray {
 
-/// A JSON object, or nothing: a missing member reads as its default. A member of the wrong type or
-/// out of range is an error in the log, and its default is returned so that reading can continue.
+/// A JSON object, or an empty view: missing members have their default. Members of a wrong type or
+/// out of range are logged as errors, and their default is returned so that reading can continue.
 class JsonView {
  public:
   JsonView() = default;
@@ -26,7 +26,7 @@ class JsonView {
   bool exists() const { return object_ != nullptr; }
   const std::string& path() const { return path_; }
   ImportLog* log() const { return log_; }
-  /// The same view, reporting to another log.
+  /// A copy of this view that reports to another log.
   JsonView WithLog(ImportLog* log) const { return {object_, path_, log}; }
 
   bool Has(const char* key) const { return Find(key) != nullptr; }
@@ -49,14 +49,14 @@ class JsonView {
   std::string StringItem(const char* key, size_t i) const;
   /// A finite number that a float can hold.
   float Number(const char* key, float fallback) const;
-  /// The same, clamped to lo..hi with a warning if it lies outside.
+  /// A finite number, clamped to lo..hi with a warning if it is out of range.
   float NumberIn(const char* key, float fallback, float lo, float hi) const;
-  /// Whole number >= 0 (and below 2^53, the exact range of JSON numbers).
+  /// Integer >= 0 (and below 2^53, the exact range of JSON numbers).
   uint64_t Count(const char* key, uint64_t fallback) const;
   /// Index into the array `what` ("accessors", ...) with `limit` elements; -1 if missing.
   int Index(const char* key, size_t limit, const char* what) const;
   std::vector<int> Indices(const char* key, size_t limit, const char* what) const;
-  /// Array of exactly `n` finite numbers; false, with `out` unchanged, if missing or wrong.
+  /// Array of exactly `n` finite numbers; false, with `out` unchanged, if missing or invalid.
   bool Numbers(const char* key, float* out, size_t n) const;
 
   /// Reports "PATH.key: message" (PATH alone if `key` is null) as damaged data.

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The textures of a material, for code that treats all of them alike.
+/// A list of the textures of a material, for code that handles all of them uniformly.
 #pragma once
 
 #include "stillray/scene.h"
@@ -9,7 +9,7 @@
 namespace stillray {
 
 struct MaterialTexture {
-  const char* name;  ///< for messages
+  const char* name;  ///< for error messages
   TextureRef Material::*slot;
 };
 

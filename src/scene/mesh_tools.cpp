@@ -17,8 +17,8 @@ using glm::dvec3;
 
 constexpr uint32_t kUnused = std::numeric_limits<uint32_t>::max();
 
-/// Normal of a triangle, with twice its area as length. In double precision: the sides of thin
-/// triangles differ by less than float resolves.
+/// Normal of a triangle, with twice its area as length. In double precision, since the edges of
+/// thin triangles differ by less than the resolution of float.
 dvec3 AreaNormal(const std::vector<vec3>& positions, const uint32_t* corners) {
   const dvec3 a = positions[corners[0]];
   const dvec3 b = positions[corners[1]];
@@ -45,7 +45,7 @@ bool IsZero(dvec3 v) {
   return v.x == 0 && v.y == 0 && v.z == 0;
 }
 
-/// Triangles without area, which meshes that deform may have, face up.
+/// `v` normalised; up if `v` is zero, as for triangles without area in deforming meshes.
 dvec3 UnitOrUp(dvec3 v) {
   const dvec3 unit = Unit(v);
   return IsZero(unit) ? dvec3(0.0, 1.0, 0.0) : unit;
@@ -156,7 +156,7 @@ bool IsTraceable(const mat4& world) {
 
 std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>* indices) {
   std::vector<uint32_t> used;
-  // A primitive may use a few vertices of a huge shared array.
+  // Primitives may use few vertices of a huge shared array.
   if (vertex_count / 4 > indices->size()) {
     used = *indices;
     std::sort(used.begin(), used.end());
@@ -249,7 +249,7 @@ size_t NormalizeNormals(Mesh* mesh) {
   for (const uint32_t i : missing) {
     dvec3 normal = Unit(sums[i]);
     if (IsZero(normal)) {
-      normal = UnitOrUp(any[i]);  // the normals around the vertex cancel
+      normal = UnitOrUp(any[i]);  // the normals of adjacent triangles cancel out
     }
     mesh->normals[i] = vec3(normal);
   }

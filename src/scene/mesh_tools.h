@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Prepares triangle meshes of files for rendering.
+/// Prepares imported triangle meshes for rendering.
 #pragma once
 
 #include <cstdint>
@@ -11,19 +11,19 @@
 
 namespace stillray {
 
-/// Largest magnitude of a position's component: beyond it ray tracing has no precision left, and
+/// Maximum magnitude of a position's component: beyond it ray tracing has no precision, and
 /// products of differences overflow.
 inline constexpr float kMaxCoordinate = 1e18f;
 
-/// Whether no component of a transform to the world is NaN, infinite or beyond kMaxCoordinate.
+/// Whether all components of an object-to-world transform are finite and within kMaxCoordinate.
 bool IsTraceable(const mat4& world);
 
-/// Renumbers `indices` to the vertices in use, in their old order.
+/// Renumbers `indices` to the used vertices, preserving their order.
 /// \param vertex_count  all indices are below it
-/// \return old number of every new vertex
+/// \return old index of every new vertex
 std::vector<uint32_t> CompactIndices(size_t vertex_count, std::vector<uint32_t>* indices);
 
-/// Why no ray can hit a triangle.
+/// The reason why no ray can hit a triangle.
 enum class TriangleFault : uint8_t {
   kNone,
   kNotFinite,  ///< a position is NaN, infinite or beyond kMaxCoordinate
@@ -36,11 +36,12 @@ struct BadTriangles {
   size_t no_area = 0;
 };
 /// Removes triangles that no ray can hit.
-/// \param deforms  those without area may get one, and stay
+/// \param deforms  the mesh deforms: triangles without area are kept, since deformation may give
+///     them one
 BadTriangles RemoveBadTriangles(const std::vector<vec3>& positions, std::vector<uint32_t>* indices,
                                 bool deforms = false);
 
-/// Flat normals; no two triangles may share a vertex.
+/// Computes flat normals; no two triangles may share a vertex.
 void ComputeFlatNormals(Mesh* mesh);
 
 /// Normalises all normals. Zero or invalid normals are replaced by the area-weighted mean of their
@@ -48,14 +49,14 @@ void ComputeFlatNormals(Mesh* mesh);
 /// \return number of replaced normals
 size_t NormalizeNormals(Mesh* mesh);
 
-/// Computes tangents for a normal map, as glTF 2.0 (3.7.2.1) requires when a file has none: per
+/// Computes tangents for a normal map, as glTF 2.0 (3.7.2.1) requires if the file has none: per
 /// corner the direction of increasing u in the plane of the vertex normal, averaged over the
-/// corners of a vertex weighted by their angles, made orthogonal to the normal; w so that
-/// cross(normal, tangent) * w points to decreasing v (up in the picture). Vertices at which
-/// mirrored and unmirrored triangles meet are split. Without usable texture coordinates any
-/// direction in the plane is chosen.
-/// Departs from MikkTSpace in not splitting vertices by connectivity.
-/// \param map  the normal map's use: coordinate set and transform
+/// corners of a vertex with their angles as weights, and orthogonalised to the normal; w is the
+/// sign for which cross(normal, tangent) * w points to decreasing v (up in the texture). Vertices
+/// shared by mirrored and unmirrored triangles are split. Without usable texture coordinates the
+/// tangent is an arbitrary direction in the plane. Departs from MikkTSpace in not splitting
+/// vertices by connectivity.
+/// \param map  reference to the normal map: coordinate set and transform
 void ComputeTangents(const TextureRef& map, Mesh* mesh);
 
 }  // namespace stillray

@@ -44,7 +44,7 @@ Result<Scene> Import(std::span<const uint8_t> bytes, const ObjFiles& files,
   return std::move(import.scene);
 }
 
-/// A file in `folder` or below it. Paths of other systems have backslashes.
+/// Reads a file in `folder` or below it. Backslashes, as in Windows paths, are accepted.
 Result<std::vector<uint8_t>> ReadBeside(const std::string& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const fs::path relative = fs::path(name).lexically_normal();

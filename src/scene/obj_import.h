@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Import of Wavefront OBJ and MTL. The steps, one file each, share one state and run in the order
-/// in which they are declared, until the log holds an error.
+/// Import of Wavefront OBJ and MTL. The steps, one file each, share one state and run in order of
+/// declaration, until an error is logged.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace stillray {
 
-/// The bytes of a file beside the OBJ file, by the name that the OBJ or MTL file gives.
+/// Returns the bytes of a file next to the OBJ file, by its name in the OBJ or MTL file.
 using ObjFiles = std::function<Result<std::vector<uint8_t>>(const std::string& name)>;
 
 /// Whether this build reads OBJ.
@@ -31,25 +31,25 @@ bool ReadsObj();
 Result<Scene> ImportObj(std::span<const uint8_t> bytes, const ObjFiles& files,
                         const KeepGoing& keep_going);
 
-/// OBJ text that the parser reads without surprises.
+/// Normalised OBJ text for the parser.
 struct ObjText {
   std::string text;                    ///< only v, vt, vn, f, g, s and usemtl, by number
   std::vector<std::string> materials;  ///< names, by number
-  std::vector<std::vector<std::string>> libraries;  ///< of each mtllib line, names to try in order
+  std::vector<std::vector<std::string>> libraries;  ///< per mtllib line, the names to try in order
   std::vector<std::string> groups;                  ///< names, by number
 };
 
-/// Checks every line: the parser itself takes zeros for numbers that it cannot read, and does not
-/// check indices.
+/// Validates and normalises every line: the parser itself reads invalid numbers as zero, and does
+/// not check indices.
 Status CheckObjText(std::span<const uint8_t> bytes, ImportLog* log, ObjText* out);
 
-/// A decoded picture.
+/// A decoded image.
 struct ObjPicture {
   std::string file;
   int width = 0;
   int height = 0;
   std::vector<uint8_t> texels;
-  bool is_used = false;  ///< by a texture
+  bool is_used = false;  ///< used by a texture
 };
 
 struct ObjImport {
@@ -59,20 +59,20 @@ struct ObjImport {
   KeepGoing keep_going;
   ObjText text;
   std::vector<int> material_of_name;  ///< ObjText::materials -> Scene::materials
-  /// Pictures read so far; nothing for those that could not be, each with one warning.
+  /// Images read so far; empty for unreadable images, each of which has one warning.
   std::map<std::string, std::optional<ObjPicture>> pictures;
-  /// Purpose, the files combined and wrap mode -> Scene::textures.
+  /// Purpose, both source files and wrap mode -> Scene::textures.
   std::map<std::tuple<int, std::string, std::string, Wrap>, int> texture_of_use;
   TextureBudget texture_budget;
   uint64_t checksum = 0;
 };
 
-/// Reads the libraries and converts the materials in use.
+/// Reads the libraries and converts the used materials.
 void ImportObjMaterials(ObjImport* import);
 
 void ImportObjMeshes(ObjImport* import);
 
-/// The material of faces without one.
+/// The material of faces without a material.
 Material NeutralObjMaterial(const std::string& name);
 
 }  // namespace stillray

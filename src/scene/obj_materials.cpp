@@ -17,13 +17,13 @@ namespace {
 
 enum Purpose : int { kColourAndAlpha, kEmission, kRoughnessAndMetal, kNormalMap };
 
-/// Written after every newmtl: values that a material does not give stay negative.
+/// Inserted after every newmtl: unspecified values of a material remain negative.
 constexpr std::string_view kNotGiven =
     "Kd -1 -1 -1\nKs -1 -1 -1\nKe -1 -1 -1\nNs -1\nNi -1\nPr -1\nPm -1\nillum -1\nTf -1 -1 -1\n";
 
 constexpr float kNeutralColour = 0.8f;
 
-/// The text of an MTL file as the parser reads it best.
+/// Normalises the text of an MTL file for the parser.
 std::string PrepareMtl(const std::vector<uint8_t>& bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   std::string out;
@@ -48,7 +48,7 @@ std::string PrepareMtl(const std::vector<uint8_t>& bytes) {
   return out;
 }
 
-/// `value` within low..high, `missing` where it was not given.
+/// `value` clamped to low..high; `missing` if it is unspecified.
 float Given(float value, float missing, float low, float high) {
   return value < 0.0f || !std::isfinite(value) ? missing : std::clamp(value, low, high);
 }
@@ -76,7 +76,7 @@ class Converter {
   void ConvertRelief();
   void WarnAboutTheRest();
 
-  /// Illumination models 6 and 7 refract. Model 4 is no sign: exporters write it for everything.
+  /// Illumination models 6 and 7 refract. Model 4 is ignored: exporters write it for all materials.
   bool Refracts() const { return source_.illum == 6 || source_.illum == 7; }
   ObjPicture* Picture(const std::string& file, const char* statement);
   bool Afford(ObjPicture* first, ObjPicture* second, Texture* texture);
@@ -107,8 +107,8 @@ Material Converter::Convert() {
   return std::move(out_);
 }
 
-/// Metalness and roughness are given (Pm, Pr) or follow from Phong's model: no diffuse reflection
-/// beside a specular one is metal, and the exponent Ns gives the width of the lobe.
+/// Metalness and roughness are specified (Pm, Pr) or derived from Phong's model: specular without
+/// diffuse reflection is metal, and the exponent Ns gives the width of the lobe.
 void Converter::ConvertReflection() {
   const bool textured = !source_.diffuse_texname.empty();
   const vec3 diffuse = GivenColour(source_.diffuse, textured ? 1.0f : kNeutralColour, 1.0f);
@@ -117,14 +117,14 @@ void Converter::ConvertReflection() {
   const bool metal = has_specular && Largest(diffuse) == 0.0f && !textured;
   out_.metallic = Given(source_.metallic, metal ? 1.0f : 0.0f, 0.0f, 1.0f);
   out_.base_color = vec4(metal && source_.metallic < 0.0f ? specular : diffuse, 1.0f);
-  // Walter et al. 2007: a Phong exponent of 2 / alpha^2 - 2 is as wide as a lobe of width alpha,
+  // Walter et al. 2007: a Phong exponent of 2 / alpha^2 - 2 corresponds to the lobe width alpha,
   // which is the square of the perceptual roughness.
   const float exponent = Given(source_.shininess, 0.0f, 0.0f, 1e12f);
   const float from_exponent = has_specular ? std::sqrt(std::sqrt(2.0f / (exponent + 2.0f))) : 1.0f;
   out_.roughness = Given(source_.roughness, from_exponent, 0.0f, 1.0f);
   out_.ior = Given(source_.ior, 1.5f, 1.0f, 10.0f);
   if (source_.ior < 1.01f && !Refracts()) {
-    // Many exporters write 1 for "not set"; it would take the highlight away.
+    // Many exporters write 1 for "unset", which would remove the highlight.
     out_.ior = 1.5f;
   }
   const float most = 1e30f;
@@ -150,7 +150,7 @@ void Converter::ConvertTransparency() {
   }
 }
 
-/// The picture of a file, nullptr with a warning if it cannot be read.
+/// The image of a file; nullptr, with a warning, if it cannot be read.
 ObjPicture* Converter::Picture(const std::string& file, const char* statement) {
   if (file.empty()) {
     return nullptr;
@@ -185,7 +185,7 @@ ObjPicture* Converter::Picture(const std::string& file, const char* statement) {
   return at->second ? &*at->second : nullptr;
 }
 
-/// Options -s and -o scale and shift coordinates whose v points up.
+/// Converts options -s and -o, which scale and translate texture coordinates with v up.
 mat3 TextureTransform(const tinyobj::texture_option_t& option) {
   const auto sane = [](float value, float otherwise) {
     return std::isfinite(value) && std::abs(value) < 1e6f ? value : otherwise;
@@ -209,8 +209,8 @@ const uint8_t* TexelAt(const ObjPicture* picture, int x, int y, const Texture& t
   return &picture->texels[4 * (row * static_cast<size_t>(picture->width) + column)];
 }
 
-/// Gives the texture the size of the larger picture. Pictures have paid for one texture of their
-/// size; further ones, and larger ones that several pictures make, count too.
+/// Gives the texture the size of the larger image. The budget covers one texture per image of its
+/// own size; additional textures, and larger ones combined from two images, are charged.
 bool Converter::Afford(ObjPicture* first, ObjPicture* second, Texture* texture) {
   for (const ObjPicture* picture : {first, second}) {
     if (picture != nullptr) {
@@ -239,8 +239,8 @@ bool Converter::Afford(ObjPicture* first, ObjPicture* second, Texture* texture) 
   return taken.ok();
 }
 
-/// A reference to the texture whose texels are texel(first, second), of which one may be missing;
-/// it is made if these files are not in use for this purpose yet.
+/// A reference to the texture with texels texel(first, second), where one image may be missing;
+/// created unless a texture of these files and purpose exists.
 template <typename Texel>
 TextureRef Converter::Use(Purpose purpose, ObjPicture* first, ObjPicture* second,
                           const tinyobj::texture_option_t& option, const Texel& texel) {
@@ -295,8 +295,8 @@ bool HasAlpha(const ObjPicture& picture) {
   return false;
 }
 
-/// The opacity of map_d is the picture's alpha if it has one, else its brightness. The alpha of
-/// map_Kd is opacity only where map_d says so.
+/// The opacity of map_d is the image's alpha channel if present, else its brightness. The alpha of
+/// map_Kd is opacity only if map_d references it.
 void Converter::Combine(const std::string& colour, const std::string& alpha) {
   ObjPicture* rgb = Picture(colour, "map_Kd");
   ObjPicture* mask = Picture(alpha, "map_d");
@@ -316,7 +316,7 @@ void Converter::Combine(const std::string& colour, const std::string& alpha) {
   }
 }
 
-/// map_Pr and map_Pm in green and blue of one texture.
+/// Combines map_Pr and map_Pm in the green and blue channels of one texture.
 void Converter::CombineSurface() {
   ObjPicture* rough = Picture(source_.roughness_texname, "map_Pr");
   ObjPicture* metal = Picture(source_.metallic_texname, "map_Pm");
@@ -335,7 +335,7 @@ void Converter::CombineSurface() {
   if (out_.metallic_roughness_texture.texture < 0) {
     return;
   }
-  // A map without a factor stands alone.
+  // The default factor of a map is 1.
   out_.roughness = rough != nullptr ? Given(source_.roughness, 1.0f, 0.0f, 1.0f) : out_.roughness;
   out_.metallic = metal != nullptr ? Given(source_.metallic, 1.0f, 0.0f, 1.0f) : out_.metallic;
 }
@@ -351,7 +351,7 @@ void Converter::ConvertTextures() {
   }
 }
 
-/// Whether a picture is a normal map in place of heights: it is not grey and mostly blue.
+/// Whether an image is a normal map instead of a height map: not grey, and mostly blue.
 bool IsNormalMap(const ObjPicture& picture) {
   uint64_t blue = 0;
   uint64_t colour = 0;
@@ -399,7 +399,7 @@ void Converter::WarnAboutTheRest() {
   }
 }
 
-/// All materials of the libraries. Of several with one name the first counts.
+/// Reads all materials of the libraries. Of several materials with one name the first is used.
 std::vector<tinyobj::material_t> ReadLibraries(ObjImport* import,
                                                std::map<std::string, int>* by_name) {
   std::vector<tinyobj::material_t> materials;

@@ -25,7 +25,7 @@ namespace {
 
 using glm::dvec3;
 
-/// About a kilobyte each.
+/// Maximum number of meshes, each of which takes about a kilobyte.
 constexpr size_t kMaxMeshes = 250'000;
 
 struct Triangle {
@@ -36,13 +36,13 @@ struct Triangle {
 struct Source {
   tinyobj::attrib_t attributes;
   std::vector<vec3> positions;
-  /// Triangles by group and material, both as numbers of ObjText; -1: none.
+  /// Triangles by group and material, as indices into ObjText; -1: none.
   std::map<std::pair<int, int>, std::vector<Triangle>> parts;
-  /// Position and smoothing group -> sum of the normals around, weighted by angle.
+  /// Position and smoothing group -> sum of adjacent normals, weighted by angle.
   std::unordered_map<uint64_t, dvec3> smooth_normals;
 };
 
-/// Gives the parser the materials by number.
+/// Provides the parser with materials by number.
 class MaterialNumbers : public tinyobj::MaterialReader {
  public:
   explicit MaterialNumbers(size_t count) : count_(count) {}
@@ -63,8 +63,8 @@ uint64_t SmoothKey(int position, uint32_t smoothing) {
   return uint64_t{static_cast<uint32_t>(position)} << 32 | smoothing;
 }
 
-/// Weights by angle (Thuermer and Wuethrich 1998): the result does not depend on how a polygon was
-/// divided into triangles.
+/// Weights by angle (Thuermer and Wuethrich 1998): the result is independent of the triangulation
+/// of polygons.
 void AddToSmoothNormals(const Triangle& triangle, Source* source) {
   if (triangle.smoothing == 0) {
     return;
@@ -124,7 +124,7 @@ void AddShape(const tinyobj::shape_t& shape, ImportLog* log, BadTriangles* bad, 
 }
 
 void Parse(ObjImport* import, Source* source) {
-  // The parser asks for the materials at the first mtllib.
+  // The parser requests the materials at the first mtllib.
   std::istringstream text("mtllib numbers\n" + import->text.text);
   import->text.text = std::string();
   MaterialNumbers numbers(import->text.materials.size());
@@ -173,7 +173,7 @@ class MeshMaker {
   }
 
  private:
-  /// Corners with the same numbers share a vertex; those of flat triangles without normals do not.
+  /// Corners with equal indices share a vertex, except in flat triangles without normals.
   void AddCorner(const Triangle& triangle, const tinyobj::index_t& corner) {
     const auto next = static_cast<uint32_t>(mesh_.positions.size());
     const bool flat = corner.normal_index < 0 && triangle.smoothing == 0;
@@ -205,14 +205,14 @@ class MeshMaker {
       return {n[0], n[1], n[2]};
     }
     if (triangle.smoothing == 0) {
-      return vec3(0.0f);  // NormalizeNormals takes the triangle's
+      return vec3(0.0f);  // NormalizeNormals replaces it by the triangle normal
     }
     const auto sum =
         source_.smooth_normals.find(SmoothKey(corner.vertex_index, triangle.smoothing));
     return sum == source_.smooth_normals.end() ? vec3(0.0f) : vec3(sum->second);
   }
 
-  /// OBJ's v points up.
+  /// Texture coordinate, flipped since OBJ's v points up.
   vec2 Uv(int index) const {
     if (index < 0) {
       return vec2(0.0f);
@@ -222,7 +222,7 @@ class MeshMaker {
     return sound ? vec2(t[0], 1.0f - t[1]) : vec2(0.0f);
   }
 
-  /// Colours behind positions are sRGB, as the programs that write them use them.
+  /// Vertex colours, which follow positions, are sRGB-encoded by common exporters.
   void AddColour(size_t vertex) {
     const std::vector<tinyobj::real_t>& colours = source_.attributes.colors;
     if (colours.size() != source_.attributes.vertices.size()) {
@@ -247,7 +247,7 @@ bool UsesTextures(const Material& material) {
          0;
 }
 
-/// What the material needs and the file lacks.
+/// Adds attributes that the material needs and the file lacks.
 void CompleteMesh(const Material& material, bool warn_about_normals, ImportLog* log, Mesh* mesh) {
   const size_t mended = NormalizeNormals(mesh);
   if (warn_about_normals && mended != 0) {
@@ -264,7 +264,7 @@ void CompleteMesh(const Material& material, bool warn_about_normals, ImportLog* 
   }
 }
 
-/// The scene's material of a number; faces without one share a neutral material.
+/// The scene's material for a material number; faces without a material share a neutral one.
 int SceneMaterial(ObjImport* import, int number, int* neutral) {
   if (number >= 0) {
     return import->material_of_name[static_cast<size_t>(number)];
@@ -291,7 +291,7 @@ void ImportObjMeshes(ObjImport* import) {
     return;
   }
   int neutral = -1;
-  int group = -2;  // of the last node
+  int group = -2;  // group of the last node
   for (const auto& [key, triangles] : source.parts) {
     if (import->keep_going && !import->keep_going()) {
       import->log.Fail(Status::Cancelled());

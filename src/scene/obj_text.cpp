@@ -18,7 +18,7 @@ namespace stillray {
 
 namespace {
 
-/// The parser takes time in the square of a polygon's corners and more.
+/// The parser's triangulation takes at least quadratic time in the number of corners.
 constexpr size_t kMaxEarClipped = 128;
 /// Each group becomes a node, with a mesh per material.
 constexpr size_t kMaxGroups = 65536;
@@ -41,7 +41,7 @@ std::string_view NextWord(std::string_view* rest) {
   return word;
 }
 
-/// Numbers of names in the order of their first use.
+/// Assigns numbers to names in order of first use.
 class NameTable {
  public:
   explicit NameTable(std::vector<std::string>* names) : names_(names) {}
@@ -94,7 +94,7 @@ class Checker {
   size_t line_ = 0;
   size_t faces_ = 0;
   std::array<int64_t, 3> counts_ = {0, 0, 0};
-  // Indices may point ahead: the largest is checked at the end.
+  // Indices may reference later elements: the maximum is checked at the end.
   std::array<int64_t, 3> largest_ = {0, 0, 0};
   std::array<size_t, 3> line_of_largest_ = {0, 0, 0};
 };
@@ -190,7 +190,7 @@ Status Checker::CheckNumbers(std::string_view keyword, std::string_view rest) {
     if (!tiny && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
       return Fault("{} {}: '{}' is beyond a 32-bit float", keyword, count + 1, Printable(word));
     }
-    // Written anew: the parser accepts fewer spellings.
+    // Reformatted, since the parser accepts fewer notations.
     fmt::format_to(std::back_inserter(out_->text), " {}", tiny ? 0.0f : static_cast<float>(value));
     ++count;
   }
@@ -285,7 +285,7 @@ void Checker::BeginGroup(std::string_view name) {
   }
 }
 
-/// The parser takes numbers; "off" and 0 are flat.
+/// Smoothing group for the parser, which accepts only numbers; "off" and 0 mean flat.
 void Checker::SetSmoothing(std::string_view rest) {
   const std::string_view name = NextWord(&rest);
   const bool off = name.empty() || name == "off" || name.find_first_not_of('0') == name.npos;
@@ -294,7 +294,7 @@ void Checker::SetSmoothing(std::string_view rest) {
   fmt::format_to(std::back_inserter(out_->text), "s {}\n", off ? "off" : std::to_string(number));
 }
 
-/// One name with spaces, or several names.
+/// Adds an mtllib line: one name with spaces, or several names.
 void Checker::AddLibraries(std::string_view rest) {
   std::vector<std::string> names;
   if (!rest.empty()) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray bench: times of every stage, and the limits of the machine, in one run.
+// stillray bench: times of every stage, and the hardware limits, in one run.
 #include <algorithm>
 #include <memory>
 #include <string>
@@ -39,21 +39,21 @@ struct BenchArguments {
   std::vector<std::string> sizes = {"1280x720", "1920x1080"};
   std::vector<std::string> presets = {"svgf", "psvgf", "default"};
   std::vector<std::string> kernels = {"3x3", "5x5"};
-  std::vector<std::string> set;  ///< "name=value", of every preset
+  std::vector<std::string> set;  ///< "name=value", applied to every preset
   std::vector<int> threads = {1, 0};
   int repeats = 9;
   int warm_up = 4;  ///< frames that fill histories and touch memory for the first time
   bool scalar = true;
   std::string json_path;
   std::string device = "cpu";
-  std::vector<std::string> precisions = {"half"};  ///< of the device's own images
-  std::vector<std::string> inputs = {"float"};     ///< of the frames on the device
+  std::vector<std::string> precisions = {"half"};  ///< precision of the device's internal images
+  std::vector<std::string> inputs = {"float"};     ///< input formats of frames on the device
   bool verbose = false;
   bool fps = false;
-  bool download = true;  ///< of pictures from the device
+  bool download = true;  ///< download of denoised images from the device
 };
 
-/// One size: frames are rendered one by one, and given to every filter in turn.
+/// One image size: each frame is rendered and then filtered by every configuration in turn.
 struct BenchSize {
   std::string text;
   RenderOptions options;
@@ -62,7 +62,7 @@ struct BenchSize {
 };
 
 /// The settings of a preset, with the changes of the command line.
-/// \param preset  NAME, or NAME:PARAMETER=VALUE:... with changes of its own
+/// \param preset  NAME, or NAME:PARAMETER=VALUE:... with changes of this preset only
 Result<Settings> SettingsOf(const BenchArguments& a, const std::string& preset, bool one_signal,
                             const std::string& kernel) {
   std::string_view changes = preset;
@@ -107,7 +107,7 @@ Status AddSubjects(const BenchArguments& a, int most_threads, bool scalar, Filte
   };
   for (const std::string& preset : a.presets) {
     for (const bool one_signal : {true, false}) {
-      // Targets apply to the published filter of one signal.
+      // Performance targets apply to the published filter with one signal.
       if (preset == "none" || (one_signal && preset != "svgf")) {
         continue;
       }
@@ -133,7 +133,7 @@ RenderMoment MomentOf(const RenderOptions& options, int frame) {
   return moment;
 }
 
-/// Traces the frames of one size one by one.
+/// Traces the frames of one size in order.
 /// \param use  called as use(frame, milliseconds of tracing, whether they count)
 template <typename Use>
 Status ForFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
@@ -210,7 +210,7 @@ Status WriteJson(const BenchArguments& a, const std::string& json) {
   return a.json_path.empty() ? Status::Ok() : WriteJsonOutput(a.json_path, json);
 }
 
-/// One size and filter, in every precision and with every kind of input.
+/// Adds one size and filter, in every precision and with every input format.
 void AddDeviceSubjects(const BenchArguments& a, const DeviceSubject& subject,
                        std::vector<DeviceSubject>* subjects) {
   for (const std::string& precision : a.precisions) {
@@ -224,7 +224,7 @@ void AddDeviceSubjects(const BenchArguments& a, const DeviceSubject& subject,
   }
 }
 
-/// The denoiser alone, on another device: its stages and a copy, on a picture made by formula.
+/// Benchmarks the denoiser alone, on a device: its stages and a copy, with a procedural image.
 Status RunDeviceBench(const BenchArguments& a) {
   std::vector<DeviceSubject> subjects;
   for (const std::string& size : a.sizes) {
@@ -253,7 +253,7 @@ Status RunDeviceBench(const BenchArguments& a) {
   return to_file ? Status::Ok() : WriteJson(a, JsonText(all));
 }
 
-/// Whole frames of one size, each traced once and given to all configurations.
+/// Measures complete frames of one size, each traced once and filtered by all configurations.
 Status MeasureFrames(const BenchArguments& a, const RenderOptions& options, const std::string& text,
                      DeviceRenderer* renderer, FramesBench* bench) {
   STILLRAY_RETURN_IF_ERROR(
@@ -264,7 +264,7 @@ Status MeasureFrames(const BenchArguments& a, const RenderOptions& options, cons
   return Status::Ok();
 }
 
-/// A renderer on the device, or on the CPU where the device was chosen by "auto".
+/// Creates a renderer on the device, with a fallback to the CPU if "auto" chose the device.
 Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, const Device& device,
                                                      const Scene& scene,
                                                      const RenderSettings& settings) {
@@ -281,7 +281,7 @@ Result<std::unique_ptr<DeviceRenderer>> MakeRenderer(const BenchArguments& a, co
   return made;
 }
 
-/// Whole frames: tracing alone, with the temporal stage, with all of SVGF.
+/// Measures complete frames: tracing alone, with the temporal stage, with complete SVGF.
 Status RunFramesBench(const BenchArguments& a) {
   CatchInterrupts();
   const Result<Device> device = OpenDeviceOption(a.device, a.verbose, "rendering");
@@ -328,7 +328,7 @@ Status RunFramesBench(const BenchArguments& a) {
   return WriteJson(a, JsonText(json));
 }
 
-/// \param device  without those that have a stage that only the CPU has
+/// \param device  omit presets with stages that only the CPU supports
 std::vector<std::string> AllPresets(bool device) {
   std::vector<std::string> names;
   for (const std::string_view name : PresetNames()) {

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// `stillray bench --device`: the denoiser alone on another device, beside a copy on it.
+/// `stillray bench --device`: times of the denoiser alone on a device, compared with a copy in its
+/// memory.
 #pragma once
 
 #include <functional>
@@ -14,16 +15,17 @@
 
 namespace stillray {
 
-/// One setting at one size.
+/// One configuration of the denoiser at one image size.
 struct DeviceSubject {
   std::string preset;
   std::string kernel;
   DeviceBenchOptions options;
 };
 
-/// Measures them one after the other and prints a table for each.
-/// \param device  as Device::Open takes it
-/// \param save    called after each with the figures so far: a run that is ended keeps them
+/// Measures all subjects in sequence and prints one table per subject.
+/// \param device  argument of Device::Open
+/// \param save    called after each subject with all results so far, so that an interrupted run
+///     keeps them
 Status BenchSubjectsOnDevice(const std::string& device, const std::vector<DeviceSubject>& subjects,
                              const std::function<Status(const nlohmann::ordered_json&)>& save);
 

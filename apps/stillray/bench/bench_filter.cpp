@@ -18,13 +18,13 @@
 namespace stillray {
 namespace {
 
-/// Least bytes per pixel that a filter must read and write when everything is fused and stored in
-/// halves: albedo, depth, normal, motion 16, the last frame's depth and normal 8, its picture 8,
-/// the new one 8; and per signal its light 8, history and moments 12 read and 12 written.
+/// Minimum memory traffic of a fused filter with half precision storage in bytes per pixel: albedo,
+/// depth, normal, motion 16, the previous frame's depth and normal 8, its image 8, the new image 8;
+/// and per signal its radiance 8, history and moments 12 read and 12 written.
 constexpr size_t kSharedBytes = 40;
 constexpr size_t kSignalBytes = 32;
 
-/// Multiply-adds of one tap of the wavelet for one signal; several are counted as if alone.
+/// Multiply-adds per tap of the wavelet for one signal; several signals are counted separately.
 constexpr double kTapWork = 15.5;
 
 Times& Find(std::vector<Times>* table, std::string_view name) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The denoiser's part of `stillray bench`: times of stages and whole frames, and the limits of the
-/// machine.
+/// The denoiser's part of `stillray bench`: times of stages and complete frames, and the hardware
+/// limits.
 #pragma once
 
 #include <memory>
@@ -28,22 +28,22 @@ struct Times {
   double Median() const;
 };
 
-/// One way to filter a frame.
+/// One configuration of the denoiser.
 struct FilterSubject {
-  std::string name;    ///< preset, and its changes
+  std::string name;    ///< preset and changed parameters
   std::string kernel;  ///< "3x3", "5x5"
   int threads = 1;
   Backend backend = Backend::kCpu;
   Settings settings;
-  bool one_signal = false;  ///< frames come with all their light in one signal
+  bool one_signal = false;  ///< the light of input frames is in a single signal
 };
 
 class FilterBench {
  public:
   Status Add(const FilterSubject& subject);
-  /// Gives the frame to every subject in turn, and measures the limits in between. The scalar
-  /// reference, which is slow, runs on every fourth frame.
-  /// \param record  false: to warm up
+  /// Filters the frame with every subject in turn, and measures the hardware limits in between. The
+  /// scalar reference, which is slow, runs on every fourth frame.
+  /// \param record  false: warm-up frame
   Status Run(const Frame& frame, bool record);
 
   bool empty() const { return entries_.empty(); }
@@ -54,28 +54,28 @@ class FilterBench {
   struct Entry {
     FilterSubject subject;
     Denoiser denoiser;
-    /// Kept between frames, as every caller that goes on for long does.
+    /// Reused for all frames, as in long-running applications.
     std::unique_ptr<tbb::task_arena> arena;
     DenoisedFrame out;
     Times whole;
-    Times wavelet;  ///< all levels
+    Times wavelet;  ///< total of all levels
     std::vector<Times> stages;
     size_t bytes = 0;
     size_t signals = 0;
   };
 
   static Status RunEntry(const Frame& frame, bool record, Entry* entry);
-  /// Median of the copy of the least bytes that a filter of so many signals must touch.
+  /// Median time of a copy of the minimum memory traffic of a filter with this number of signals.
   double CopyMs(size_t signals) const;
-  /// Least time of the scalar version of the same settings; 0: not measured.
+  /// Minimum time of the scalar version with equal settings; 0: not measured.
   double ScalarMs(const FilterSubject& subject) const;
-  /// Least time of the wavelet's arithmetic at the peak rate of one thread.
+  /// Lower bound of the wavelet's time, from its arithmetic at the peak rate of one thread.
   double PeakMs(const Entry& entry) const;
 
   std::vector<Entry> entries_;
   std::unique_ptr<CopyTest> copy_;
   Times copy_times_ = {"copy", {}};
-  double peak_ = 0;  ///< multiply-adds per second and thread
+  double peak_ = 0;  ///< fused multiply-adds per second and thread
   size_t pixels_ = 0;
   int frames_ = 0;
   Frame one_signal_;  ///< the frame for subjects with `one_signal`

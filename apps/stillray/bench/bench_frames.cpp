@@ -20,7 +20,7 @@
 namespace stillray {
 namespace {
 
-/// Frames per second: of all frames together, of the slowest, of the fastest.
+/// Frames per second: mean, slowest frame, fastest frame.
 struct Rate {
   double mean = 0;
   double least = 0;
@@ -36,7 +36,8 @@ Rate RateOf(const std::vector<double>& ms) {
   return {1e3 * static_cast<double>(ms.size()) / sum, 1e3 / *slowest, 1e3 / *fastest};
 }
 
-/// Every plane of the frame as an image of its own; of one on the device the bytes alone are known.
+/// Memory of a frame, with every plane counted as an image; for a frame in device memory only the
+/// bytes are known.
 DeviceMemory ImagesOf(const Frame& f) {
   DeviceMemory sum;
   if (f.on_device != nullptr) {
@@ -78,7 +79,7 @@ DeviceMemory ImagesOf(const Frame& f) {
   return sum;
 }
 
-/// Of the filter's last frame, without the host's part.
+/// Device time of the filter's last frame, excluding the host.
 double DeviceTimeOf(const Denoiser& denoiser, const DenoisedFrame& out) {
   double sum = 0;
   for (const StageTime& stage : out.timings) {
@@ -95,7 +96,7 @@ std::string Count(uint32_t count) {
   return count > 0 ? std::to_string(count) : "-";
 }
 
-/// Omits unknown values: 0 would be a measurement.
+/// Omits unknown values, since 0 would be read as a measurement.
 nlohmann::ordered_json KnownMemoryJson(const std::string& name, const DeviceMemory& memory) {
   nlohmann::ordered_json json = {{"name", name}};
   const nlohmann::ordered_json all = DeviceMemoryJson(memory);

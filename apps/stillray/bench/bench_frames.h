@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// `stillray bench --fps`: whole frames per second of tracing alone, with the temporal stage, and
-/// with all of SVGF, and the memory that each takes.
+/// `stillray bench --fps`: frame rates of tracing alone, with the temporal stage, and with complete
+/// SVGF, and their memory use.
 #pragma once
 
 #include <string>
@@ -16,10 +16,10 @@
 
 namespace stillray {
 
-/// Milliseconds of a part of one frame.
+/// Time of a part of one frame in milliseconds.
 struct PartTime {
   double wall = 0;
-  double device = 0;  ///< by the clock of the device that did it; 0: the CPU, or it has none
+  double device = 0;  ///< measured by device timestamps; 0: on the CPU, or without timestamps
 };
 
 /// The device's own time of the last frame; 0 for the CPU.
@@ -27,17 +27,17 @@ double DeviceTimeOf(const DeviceRenderer& renderer);
 
 class FramesBench {
  public:
-  /// \param downloads  whether filtered pictures are copied from the device to the host
+  /// \param downloads  whether denoised images are copied from the device to the host
   explicit FramesBench(bool downloads) : downloads_(downloads) {}
 
-  /// \param name      of the configuration
-  /// \param settings  of its filter; nullptr: none, the noisy frames themselves
+  /// \param name      name of the configuration
+  /// \param settings  settings of its filter; nullptr: no filter, only the noisy frames
   Status Add(const std::string& name, const Settings* settings, const Device& device);
 
-  /// A frame was traced: every configuration makes its picture of it.
-  /// \param record  false: to warm up
+  /// Filters a traced frame with every configuration.
+  /// \param record  false: warm-up frame
   Status Run(const Frame& frame, const PartTime& traced, bool record);
-  /// Bytes of the tracer, scene included.
+  /// Sets the memory of the path tracer in bytes, including the scene.
   void SetTracerBytes(size_t bytes) { tracer_bytes_ = bytes; }
 
   std::string Table() const;
@@ -52,12 +52,12 @@ class FramesBench {
   };
   struct Entry {
     std::string name;
-    std::vector<Denoiser> denoiser;  ///< one, or none
+    std::vector<Denoiser> denoiser;  ///< at most one element
     DenoisedFrame out;
     std::vector<double> frame_ms;  ///< tracing and filter
     PartTimes filter;
   };
-  /// Memory; zero where it is not known.
+  /// Memory of a part; 0 if unknown.
   struct Part {
     std::string name;
     DeviceMemory memory;

@@ -58,7 +58,7 @@ Status TracerBench::Prepare(const Scene& scene, const RenderSettings& settings,
 }
 
 Status TracerBench::MeasureLoading(const std::string& spec, const RenderSettings& settings) {
-  // The first time touches the file.
+  // The first load reads the file from disk.
   constexpr int kLoads = 3;
   for (int i = 0; i < kLoads; ++i) {
     const Clock::time_point start = Clock::now();

@@ -23,16 +23,16 @@ namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Twelve chains: latency times units of every x86 and ARM core so far is at most that.
+/// Number of independent chains: at least latency times FMA units of all current x86 and ARM cores.
 constexpr int kChains = 12;
 
-/// \return multiply-adds done; `sink` keeps the compiler from leaving them out
+/// \return number of multiply-adds; `sink` prevents dead code elimination
 int64_t MultiplyAdd(int64_t rounds, float* sink) {
   const hn::ScalableTag<float> d;
   using V = hn::Vec<decltype(d)>;
   const V factor = hn::Set(d, *sink * 1e-9f + 0.999f);
   const V term = hn::Set(d, 1e-3f);
-  // Different values, or the compiler would find that one chain is enough.
+  // Different values, so that the compiler cannot merge the chains.
   const auto start = [&](float value) HWY_ATTR { return hn::Set(d, *sink + value); };
   V c0 = start(0), c1 = start(1), c2 = start(2), c3 = start(3), c4 = start(4), c5 = start(5);
   V c6 = start(6), c7 = start(7), c8 = start(8), c9 = start(9), c10 = start(10), c11 = start(11);
@@ -71,7 +71,7 @@ HWY_EXPORT(MultiplyAdd);
 
 const char* InstructionSet() {
   const int64_t targets = hwy::SupportedTargets() & HWY_TARGETS;
-  return hwy::TargetName(targets & -targets);  // the lowest bit is the best of them
+  return hwy::TargetName(targets & -targets);  // the lowest bit is the best target
 }
 
 double MultiplyAddsPerSecond() {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The limits of the machine: peak arithmetic rate and memory bandwidth.
+/// Hardware limits: peak arithmetic rate and memory bandwidth.
 #pragma once
 
 #include <cstddef>
@@ -10,17 +10,17 @@
 
 namespace stillray {
 
-/// The instruction set that the vector code runs on here: "AVX3", "AVX2", ...
+/// The instruction set used by the vector code on this CPU: "AVX3", "AVX2", ...
 const char* InstructionSet();
 
-/// Fused multiply-adds of floats per second that one thread reaches with full vectors, chains
-/// enough to keep every unit busy. Takes about 2 ms.
+/// Peak rate of float fused multiply-adds per second on one thread, with full vectors and enough
+/// independent chains to saturate all units. Takes about 2 ms.
 double MultiplyAddsPerSecond();
 
 /// Copies memory with all threads, in arrays too large for the caches.
 class CopyTest {
  public:
-  /// \param bytes  read + written
+  /// \param bytes  total bytes read and written
   explicit CopyTest(size_t bytes);
   /// Copies once. \return milliseconds
   double Run();

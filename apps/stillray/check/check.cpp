@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray check: finds faults of a sequence before it is denoised.
+// stillray check: finds defects of a sequence before it is denoised.
 #include <cstdio>
 #include <memory>
 #include <string>
@@ -38,10 +38,11 @@ struct CheckArguments {
 };
 
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
-/// Two frames with all guides and the data of the checks: 700 B a pixel with 35 channels.
+/// Memory of two frames with all guides and the data of the checks: 700 B per pixel with 35
+/// channels.
 constexpr ExrCost kCost = {450, 8};
 
-/// Placeholder for the output of a listing, which writes nothing.
+/// Placeholder for the output path of a listing, which writes no files.
 constexpr const char* kNowhere = "/nonexistent/frame.####.exr";
 
 std::string ReportJson(const DoctorReport& report, const std::vector<SequenceFile>& files) {

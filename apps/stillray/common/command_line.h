@@ -1,18 +1,18 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The command line of this process, for logs, so that a run can be repeated.
+/// The command line of this process, stored in logs to make runs reproducible.
 #pragma once
 
 #include <string>
 
 namespace stillray {
 
-/// Called once, at the start.
+/// Stores the command line; call once, at program start.
 void KeepCommandLine(int argc, char** argv);
 
-/// In shell syntax: arguments with characters other than letters, digits and a few marks are
-/// quoted. The program's name is without folders.
+/// The command line in shell syntax: arguments with special characters are quoted. The program name
+/// is without folders.
 const std::string& CommandLine();
 
 }  // namespace stillray

@@ -15,14 +15,15 @@ namespace stillray {
 /// Exit codes of the program, which are part of its interface.
 inline constexpr int kExitOk = 0;
 inline constexpr int kExitInternal = 1;     ///< a defect of stillray
-inline constexpr int kExitBadInput = 2;     ///< an error of the command line, a file or the machine
+inline constexpr int kExitBadInput = 2;     ///< an error of the command line, a file or the system
 inline constexpr int kExitFindings = 3;     ///< stillray check has findings
 inline constexpr int kExitCancelled = 130;  ///< stopped by the user (Ctrl-C)
 
 /// Prints "stillray: error: ..." to stderr and returns the exit code of the status.
 int ReportError(const Status& status);
 
-/// Each adds its subcommand to `app`, whose callback runs it and stores the exit code.
+/// Each function adds its subcommand to `app`; the callback of the subcommand runs it and stores
+/// the exit code.
 void AddRenderCommand(CLI::App& app, int* exit_code);
 void AddDenoiseCommand(CLI::App& app, int* exit_code);
 void AddViewCommand(CLI::App& app, int* exit_code);
@@ -32,7 +33,7 @@ void AddInfoCommand(CLI::App& app, int* exit_code);
 void AddCheckCommand(CLI::App& app, int* exit_code);
 void AddBenchCommand(CLI::App& app, int* exit_code);
 void AddShadersCommand(CLI::App& app, int* exit_code);
-/// `completion` and `man`, which are made from the options of all commands.
+/// Adds `completion` and `man`, which are generated from the options of all commands.
 void AddCompletionCommands(CLI::App& app);
 
 }  // namespace stillray

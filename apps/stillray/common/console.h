@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Text for the user on standard output and standard error. A failed write ends no run: on standard
-/// error it is ignored, on standard output it is reported when all work is done.
+/// Text for the user on standard output and standard error. Failed writes do not abort a run: on
+/// standard error they are ignored, on standard output they are reported at the end.
 #pragma once
 
 #include <cstdio>
@@ -18,7 +18,8 @@ namespace stillray {
 /// Writes text unchanged. Never throws.
 void WriteText(std::FILE* stream, std::string_view text);
 
-/// A value of a message: text with its control characters escaped, other types unchanged.
+/// Sanitises a value of a message: escapes control characters in text, leaves other types
+/// unchanged.
 template <typename Value>
 auto MessageValue(const Value& value) {
   if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
@@ -28,9 +29,9 @@ auto MessageValue(const Value& value) {
   }
 }
 
-/// fmt::print, without its exception if the stream cannot be written. Text among the values may
-/// come from files and command lines: it can neither end the line nor control a terminal. For text
-/// of several lines use WriteText.
+/// fmt::print without exceptions on write errors. Control characters in text values, which may come
+/// from files and command lines, are escaped: values can neither end the line nor control a
+/// terminal. For multi-line text use WriteText.
 template <typename... Values>
 void PrintTo(std::FILE* stream, fmt::format_string<Values...> format, Values&&... values) {
   const auto print = [&](const auto&... shown) {
@@ -40,13 +41,12 @@ void PrintTo(std::FILE* stream, fmt::format_string<Values...> format, Values&&..
 }
 
 /// Opens /dev/null for standard streams that the caller closed, before any file is opened:
-/// otherwise a file of a run would get the number of one, and messages for the user would go into
-/// it. Writing to them still fails.
+/// otherwise a later output file would get the descriptor of a standard stream, and messages would
+/// be written to the file. Writing to the streams still fails.
 void OccupyClosedStreams();
 
 /// Flushes standard output.
-/// \return the error number if text was lost; 0 if none was, or if the caller of the program had
-///     closed it
+/// \return errno if text was lost; 0 if not, or if the stream was closed at program start
 int OutputError();
 
 }  // namespace stillray

@@ -21,7 +21,7 @@ bool Contains(const std::vector<std::string>& list, const std::string& entry) {
   return std::find(list.begin(), list.end(), entry) != list.end();
 }
 
-/// Why "auto" chose the CPU, in a few words.
+/// Short reason why "auto" chose the CPU.
 std::string ReasonForCpu() {
   std::string remark;
   const std::vector<DeviceDescription> devices = ListDevices(&remark);
@@ -102,7 +102,7 @@ Result<RenderDevices> OpenRenderDevices(const std::string& device, const std::st
   const RenderDevices devices(*filter, *tracer);
   if (!devices.differ()) {
     PrintDevice(*filter, verbose, "rendering");
-    return RenderDevices(*filter);  // opened once
+    return RenderDevices(*filter);  // one device for both, opened once
   }
   PrintDevice(*filter, verbose, "denoising");
   PrintDevice(*tracer, verbose, "tracing");

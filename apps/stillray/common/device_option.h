@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// `--device` of the subcommands that denoise.
+/// Option `--device` of the subcommands that denoise.
 #pragma once
 
 #include <string>
@@ -17,21 +17,21 @@ class App;
 
 namespace stillray {
 
-/// --device and --verbose.
+/// Adds --device and --verbose.
 void AddDeviceOption(CLI::App* command, std::string* text, bool* verbose);
 void AddVerboseOption(CLI::App* command, bool* verbose);
 
-/// Opens the device and prints it on standard error in one line; for the CPU with the number of
-/// threads and the reason why "auto" chose it.
+/// Opens the device and prints one line with its name on standard error; for the CPU with the
+/// number of threads and the reason for the choice by "auto".
 /// \param verbose  print a second line with the driver's message
-/// \param work     for the message, such as "denoising"
+/// \param work     activity in the message, such as "denoising"
 Result<Device> OpenDeviceOption(const std::string& text, bool verbose, const std::string& work);
 
-/// --trace-device.
+/// Adds --trace-device.
 void AddTraceDeviceOption(CLI::App* command, std::string* text);
 
-/// OpenDeviceOption for --device and --trace-device: one line, or one for each if they differ.
-/// \param trace_device  empty: as `device`
+/// OpenDeviceOption for --device and --trace-device; prints one line, or two if they differ.
+/// \param trace_device  empty: `device`
 Result<RenderDevices> OpenRenderDevices(const std::string& device, const std::string& trace_device,
                                         bool verbose);
 

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// --exposure and --tonemap of every command that makes display pictures.
+/// Options --exposure and --tonemap of all commands that write display images.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ class App;
 
 namespace stillray {
 
-/// The options as given; none: keep the settings.
+/// Unparsed option values; unset options keep the settings.
 struct DisplayArguments {
   std::optional<double> exposure;
   std::optional<std::string> tonemap;

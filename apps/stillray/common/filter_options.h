@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// --preset, --settings and --set of every command that denoises.
+/// Options --preset, --settings and --set of all commands that denoise.
 #pragma once
 
 #include <optional>
@@ -17,9 +17,9 @@ class App;
 
 namespace stillray {
 
-/// As the user gave them.
+/// Unparsed option values.
 struct FilterArguments {
-  std::optional<std::string> preset;  ///< none: the file's, or "default"
+  std::optional<std::string> preset;  ///< unset: the preset of the settings file, or "default"
   std::string settings_file;          ///< empty: none
   std::vector<std::string> set;       ///< "name=value"
 };
@@ -27,13 +27,13 @@ struct FilterArguments {
 struct FilterOptions {
   std::string preset = "default";
   Settings settings;
-  std::vector<std::string> set_names;  ///< parameters of --set, and those that the file changes
-  RenderLines render;                  ///< of the file
+  std::vector<std::string> set_names;  ///< parameters changed by --set or by the settings file
+  RenderLines render;                  ///< render settings of the settings file
 };
 
 void AddFilterOptions(CLI::App* command, FilterArguments* arguments);
 
-/// Applies the file first, then a preset that replaces it, then single parameters.
+/// Applies the settings file, then the preset, which replaces the file's parameters, then --set.
 /// \return kInvalidArgument naming the option, the value and the expected ones; errors of the file
 Result<FilterOptions> ParseFilterArguments(const FilterArguments& arguments);
 

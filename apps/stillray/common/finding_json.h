@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Findings of the doctor in the JSON of every command.
+/// JSON representation of the doctor's findings, common to all commands.
 #pragma once
 
 #include <nlohmann/json.hpp>

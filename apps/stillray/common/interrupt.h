@@ -1,12 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Handles Ctrl-C and SIGTERM as a flag that long work polls.
+/// Converts Ctrl-C and SIGTERM to a flag that is polled by long-running work.
 #pragma once
 
 namespace stillray {
 
-/// From here on SIGINT and SIGTERM only set a flag; a second one ends the program at once.
+/// Installs handlers by which SIGINT and SIGTERM set a flag; a second signal terminates the program
+/// immediately.
 void CatchInterrupts();
 
 /// Whether SIGINT or SIGTERM was received since CatchInterrupts().

@@ -49,7 +49,7 @@ Status WriteJsonOutput(const std::string& path, const std::string& json) {
   if (path != "-") {
     return WriteFileAtomically(path, json.data(), json.size());
   }
-  // A pipe cannot be opened again by name (/dev/stdout).
+  // A pipe cannot be reopened by name (/dev/stdout).
   if (std::fwrite(json.data(), 1, json.size(), stdout) != json.size() || std::fflush(stdout) != 0) {
     return Status::Io("--json -: standard output could not be written");
   }

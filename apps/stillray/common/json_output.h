@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// JSON of every command: its text, and --json FILE.
+/// JSON output of all commands: text, and the option --json FILE.
 #pragma once
 
 #include <string>
@@ -12,15 +12,15 @@
 
 namespace stillray {
 
-/// The text of a log or a result, with a line end. Names of files, scenes and layers may hold any
-/// bytes: invalid UTF-8 becomes U+FFFD.
+/// Serialises a log or result, with a newline at the end. Names of files, scenes and layers may
+/// contain arbitrary bytes: invalid UTF-8 is replaced by U+FFFD.
 /// \param indent  blanks per level
 std::string JsonText(const nlohmann::ordered_json& json, int indent = 1);
 
 /// JSON has neither infinity nor NaN: both become null.
 nlohmann::ordered_json JsonNumber(double value);
 
-/// Checks before the work that the file of --json can be written. Creates nothing.
+/// Checks in advance that the file of --json can be written, without creating it.
 /// \param path  "-" and "" are always valid
 /// \return kNotFound (no such folder), kIo (a folder; no permission to write), naming option and
 ///     path

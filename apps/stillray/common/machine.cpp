@@ -15,7 +15,7 @@
 namespace stillray {
 namespace {
 
-/// The name in /proc/cpuinfo on x86, elsewhere the architecture.
+/// Processor name from /proc/cpuinfo on x86, the architecture on other systems.
 std::string ProcessorName() {
   std::ifstream info("/proc/cpuinfo");
   for (std::string line; std::getline(info, line);) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The memory of all pictures of the process, on the CPU and on devices: of `bench --fps` and
-/// --timings.
+/// Table of the memory of all images of the process, on the CPU and on devices, for `bench --fps`
+/// and --timings.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@
 
 namespace stillray {
 
-/// One row each for the CPU and, if they hold any, devices, and their sum.
+/// One row for the CPU, one for devices that hold images, and their sum.
 std::string MemoryBlocksTable();
 nlohmann::ordered_json MemoryBlocksJson();
 

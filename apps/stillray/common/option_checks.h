@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Checks of options. Their messages name the value found and the values expected, as those of
-/// CheckNumbers do: "--fps: found '0', expected 0.001 to 1000".
+/// Validators of options. Their messages contain the actual value and the expected values, like the
+/// messages of CheckNumbers: "--fps: found '0', expected 0.001 to 1000".
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace stillray {
 
-/// Numbers of a range, both ends included.
+/// Accepts numbers in low..high, inclusive.
 inline CLI::Validator InRange(double low, double high) {
   const auto check = [low, high](std::string& text) {
     double number = 0;
@@ -28,7 +28,7 @@ inline CLI::Validator InRange(double low, double high) {
   return CLI::Validator(check, "");
 }
 
-/// One of two or more names. The name of the check lists them, for shell completion.
+/// Accepts one of two or more names. The validator's name lists them, for shell completion.
 inline CLI::Validator OneOf(std::vector<std::string> names) {
   const std::string list = fmt::format("{}", fmt::join(names, "|"));
   const auto check = [names = std::move(names)](std::string& text) {

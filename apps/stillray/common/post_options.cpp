@@ -32,7 +32,7 @@ Status AddEffect(const std::string& name, PostEffects* effects) {
   return Status::Ok();
 }
 
-/// Depth of the surface in the picture's centre; infinity where there is none.
+/// Depth of the surface at the image centre; infinity if there is none.
 float CentreDepth(const Image1& depth) {
   const float centre = depth(depth.width() / 2, depth.height() / 2);
   return centre > 0.0f ? centre : std::numeric_limits<float>::infinity();

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// --post of every command that writes denoised pictures: effects on them (docs/post.md).
+/// Option --post of all commands that write denoised images: post-processing effects
+/// (docs/post.md).
 #pragma once
 
 #include <optional>
@@ -19,7 +20,7 @@ class App;
 
 namespace stillray {
 
-/// The options as given.
+/// Unparsed option values.
 struct PostArguments {
   std::vector<std::string> effects;  ///< lists of names
   std::optional<double> shutter;
@@ -42,13 +43,13 @@ Result<PostEffects> ParsePostArguments(const PostArguments& arguments);
 /// "dof,motion_blur shutter 0.5"; empty without effects.
 std::string PostText(const PostEffects& effects);
 
-/// The lens for pictures of this size; Lens::focus is kept, 0 for that of the picture's centre.
-/// \param yfov  vertical angle of view, radians
+/// The thin lens for images of this size; Lens::focus is kept, where 0 focuses on the image centre.
+/// \param yfov  vertical angle of view in radians
 post::ThinLens ThinLensOf(const Lens& lens, float yfov, int width, int height);
 
-/// Depth of field first, then motion blur.
-/// \param lens  with a focus of 0: the depth in the picture's centre
-/// \return kInvalidArgument naming the guide that is missing
+/// Applies depth of field, then motion blur.
+/// \param lens  a focus of 0 is replaced by the depth at the image centre
+/// \return kInvalidArgument naming the missing guide
 Status ApplyPostEffects(const PostEffects& effects, const post::ThinLens& lens,
                         const Guides& guides, Image3* colour);
 

@@ -45,7 +45,7 @@ void Progress::Draw(const std::string& what) {
   const int filled = std::clamp(static_cast<int>(kWidth * most_done_ / total_), 0, kWidth);
   const std::string bar = std::string(static_cast<size_t>(filled), '#') +
                           std::string(static_cast<size_t>(kWidth - filled), '.');
-  // \33[K clears the rest of a longer line.
+  // \33[K clears the remainder of a longer previous line.
   PrintTo(stream_, "\r[{}] {:3.0f} %  {}  {}\33[K", bar, 100 * most_done_ / total_, what,
           TimeLeft());
   std::fflush(stream_);

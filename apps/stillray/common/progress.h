@@ -26,9 +26,9 @@ class Progress {
 
   /// Records the progress, and redraws the bar, a few times per second at most.
   void Update(double done, const std::string& what);
-  /// A finished step: its line stays, except on a terminal, which keeps the bar.
+  /// Reports a finished step: prints its line, except on a terminal, which shows only the bar.
   void Step(double done, const std::string& line);
-  /// Removes the bar, so that other text can be written.
+  /// Erases the bar, so that other text can be written.
   void Clear();
 
  private:
@@ -39,8 +39,8 @@ class Progress {
   std::FILE* stream_;
   bool terminal_;
   bool drawn_ = false;
-  /// Steps may be reported late, while the next one is running: neither the bar nor the time left
-  /// goes back.
+  /// Steps may be reported late, while the next one is running: neither the bar nor the remaining
+  /// time moves backwards.
   double most_done_ = 0;
   Clock::time_point start_ = Clock::now();
   Clock::time_point last_draw_;

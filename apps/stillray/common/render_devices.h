@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The devices of a path tracer and its filter.
+/// The devices of path tracer and denoiser.
 #pragma once
 
 #include "stillray/denoise.hpp"
@@ -17,8 +17,8 @@ struct RenderDevices {
   Device filter;
   Device tracer;
 
-  /// Whether both can work at the same time: each frame is then traced while the last one is
-  /// filtered (TraceAhead).
+  /// Whether the devices can work concurrently: each frame is then traced while the previous frame
+  /// is filtered (TraceAhead).
   bool differ() const { return filter.description() != tracer.description(); }
 };
 

@@ -15,7 +15,7 @@
 namespace stillray {
 namespace {
 
-/// Short times with one decimal: "3.2 s".
+/// Formats a duration; short durations have one decimal: "3.2 s".
 std::string SecondsText(double seconds) {
   constexpr double kShort = 59.95;
   return seconds < kShort ? fmt::format("{:.1f} s", seconds) : FormatDuration(seconds);
@@ -49,7 +49,7 @@ std::string FormatBytes(int64_t bytes) {
   }
   double value = static_cast<double>(bytes) / kStep;
   size_t unit = 0;
-  // 999.5 would be written as 1000.
+  // 999.5 would be formatted as 1000.
   while (value >= 999.5 && unit + 1 < std::size(kUnits)) {
     value /= kStep;
     ++unit;

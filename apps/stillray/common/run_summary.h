@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The last line of a run over many frames: number of files, folder, size and speed, or why it
-/// stopped.
+/// The last line of a run over many frames: number of files, folder, size and speed, or the reason
+/// why the run stopped.
 #pragma once
 
 #include <cstddef>
@@ -18,27 +18,27 @@ namespace stillray {
 std::string FormatBytes(int64_t bytes);
 
 struct RunSummary {
-  size_t frames = 0;         ///< written by this run
-  size_t frames_before = 0;  ///< finished by the earlier run that this one resumed
-  std::string place;         ///< the folder; "" is the current one
-  int64_t bytes = 0;         ///< of all files of these frames
-  double seconds = 0;        ///< of these frames, including reading, filtering and writing
+  size_t frames = 0;         ///< frames written by this run
+  size_t frames_before = 0;  ///< frames finished by the resumed earlier run
+  std::string place;         ///< output folder; "" is the current folder
+  int64_t bytes = 0;         ///< size of all files of these frames
+  double seconds = 0;        ///< time for these frames, including reading, filtering and writing
 };
 
-/// Names of files by sequence, in the order of the first of each: "denoised.####.exr,
+/// Patterns of file names, one per sequence, in order of first occurrence: "denoised.####.exr,
 /// denoised.mp4".
 std::string FilePatternsText(const std::vector<std::string>& names);
 
 /// "wrote 16 frames to clean/ (212 MB) in 3.2 s, 200 ms per frame"
 std::string RunSummaryText(const RunSummary& summary);
 
-/// A run that ended before its last frame.
+/// State of a run that ended before its last frame.
 struct StoppedRun {
-  Status status;       ///< the reason; kCancelled: by the user
-  Status save_status;  ///< of the state for --resume
+  Status status;       ///< reason for the stop; kCancelled: by the user
+  Status save_status;  ///< result of saving the state for --resume
   size_t finished = 0;
-  size_t frames = 0;         ///< of the whole run
-  std::string resumes_from;  ///< "frame 4", "here"; empty: no state
+  size_t frames = 0;         ///< number of frames of the complete run
+  std::string resumes_from;  ///< "frame 4", "here"; empty: no saved state
 };
 
 /// The error of the run: the reason, the number of finished frames, and where --resume continues.

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The options of the subcommands that read a sequence of EXR files: the files, and the names of
-/// their layers.
+/// Options of the subcommands that read a sequence of EXR files: file names and layer names.
 #pragma once
 
 #include <string>
@@ -16,8 +15,8 @@ class App;
 
 namespace stillray {
 
-/// Adds the files themselves, --frames, --renderer, --view-layer and --aov.
-/// \param inputs, frames  for ListSequence
+/// Adds the positional file arguments, --frames, --renderer, --view-layer and --aov.
+/// \param inputs, frames  arguments of ListSequence
 void AddSequenceOptions(CLI::App* command, std::vector<std::string>* inputs, std::string* frames,
                         AovOptions* aovs);
 

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Tracing beside filtering: a pipeline of two stages for a tracer and a filter on two devices.
-/// While the caller filters frame n, frame n + 1 is traced on a thread of this object.
-/// Source: the progressive paper's arrangement, a path tracer on the CPU beside a filter on the GPU
+/// Concurrent tracing and filtering: a two-stage pipeline for path tracer and denoiser on two
+/// devices. While the caller filters frame n, a thread of this object traces frame n + 1. Source:
+/// the progressive paper, with a path tracer on the CPU and a filter on the GPU
 /// (docs/references.md).
 #pragma once
 
@@ -18,8 +18,8 @@
 
 namespace stillray {
 
-/// Traces one frame at a time. Objects that the task refers to, such as the renderer, must not be
-/// used by others between Start() and the return of Take() or Cancel(). Not thread-safe itself; the
+/// Traces one frame at a time. Objects referenced by the task, such as the renderer, must not be
+/// used elsewhere between Start() and the return of Take() or Cancel(). Not thread-safe; the
 /// destructor cancels.
 class TraceAhead {
  public:
@@ -28,8 +28,8 @@ class TraceAhead {
   TraceAhead(const TraceAhead&) = delete;
   TraceAhead& operator=(const TraceAhead&) = delete;
 
-  /// Starts to trace; no other frame may be under way.
-  /// \param trace  Status trace(const RenderProgress&), called on the other thread
+  /// Starts tracing; no other frame may be in progress.
+  /// \param trace  Status trace(const RenderProgress&), called on the internal thread
   template <typename Trace>
   void Start(Trace trace) {
     cancelled_ = false;
@@ -42,12 +42,12 @@ class TraceAhead {
     });
   }
 
-  /// Whether a frame was started, and neither taken nor cancelled.
+  /// Whether a frame has been started, and neither taken nor cancelled.
   bool under_way() const { return tracing_.under_way(); }
 
-  /// Waits for the frame. Only while under_way().
-  /// \param progress  called while it waits, on the caller's thread; if it returns false, the frame
-  ///     is cancelled
+  /// Waits for the frame. Requires under_way().
+  /// \param progress  called on the caller's thread while waiting; cancels the frame by returning
+  ///     false
   /// \return the result of `trace`; kCancelled
   Status Take(const RenderProgress& progress) {
     while (!tracing_.WaitFor(kPollInterval)) {
@@ -59,11 +59,11 @@ class TraceAhead {
     return tracing_.Take();
   }
 
-  /// Ends the frame that is being traced, if there is one, and discards it.
+  /// Cancels the frame in progress, if any, and discards it.
   void Cancel() {
     if (tracing_.under_way()) {
       cancelled_ = true;
-      // The result is not used: neither is an exception.
+      // Neither result nor exception is used.
       try {
         static_cast<void>(tracing_.Take());
       } catch (const std::exception&) {
@@ -72,12 +72,12 @@ class TraceAhead {
   }
 
  private:
-  /// A frame that user input makes obsolete is cancelled after this time at the latest.
+  /// Maximum delay of cancelling a frame that is made obsolete by user input.
   static constexpr std::chrono::milliseconds kPollInterval{5};
 
   std::atomic<bool> cancelled_ = false;
   std::atomic<double> fraction_ = 0;
-  Background<Status> tracing_;  ///< last, so that its task ends before its data is freed
+  Background<Status> tracing_;  ///< last member: its task ends before the task's data is freed
 };
 
 }  // namespace stillray

@@ -40,11 +40,11 @@ Result<std::unique_ptr<DeviceRenderer>> DeviceRenderer::Create(const Device& dev
   if (made->renderer_ == nullptr) {
     STILLRAY_RETURN_IF_ERROR(made->MakeOnCpu(settings));
   }
-  made->options_.keep_going = nullptr;  // its references may become invalid now
+  made->options_.keep_going = nullptr;  // its captured references may become invalid
   return made;
 }
 
-/// Does nothing if the device is the CPU.
+/// Creates the renderer on the device; no effect if the device is the CPU.
 Status DeviceRenderer::MakeOnDevice(const Device& device, const RenderSettings& settings) {
   on_device_ = false;
 #ifdef STILLRAY_WITH_VULKAN
@@ -83,7 +83,7 @@ bool DeviceRenderer::FallsBack(const Status& status) const {
          status.code() != StatusCode::kCancelled && status.code() != StatusCode::kInvalidArgument;
 }
 
-/// \param call  of the renderer, repeated on the CPU if the device fails
+/// \param call  call of the renderer, repeated on the CPU if the device fails
 template <typename Call>
 Status DeviceRenderer::CallOrFallBack(const Call& call) {
   const Status status = call();

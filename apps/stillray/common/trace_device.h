@@ -16,25 +16,27 @@
 namespace stillray {
 
 struct TraceOptions {
-  render::TracingWay way = render::TracingWay::kAuto;  ///< of a device other than the CPU
+  /// Tracing method on devices other than the CPU.
+  render::TracingWay way = render::TracingWay::kAuto;
   render::FirstHits first_hits = render::FirstHits::kAuto;
   render::TextureWay textures = render::TextureWay::kAuto;
-  bool may_fall_back = true;  ///< to the CPU, if the device cannot trace the scene, or fails
-  /// Approximate duration of a submission to the device in milliseconds: other users of it, and
-  /// cancelled calls, wait that long.
+  /// Fall back to the CPU if the device cannot trace the scene, or fails.
+  bool may_fall_back = true;
+  /// Approximate duration of a submission to the device in milliseconds, for which other users of
+  /// the device and cancelled calls wait.
   double submission_ms = 200;
   /// Called while DeviceRenderer::Create prepares the scene on the CPU; see Renderer::Create.
   KeepGoing keep_going;
 };
 
 /// A renderer on a device that falls back to the CPU if the device fails. Errors of settings or
-/// scene would occur on the CPU too, and are returned.
+/// scene, which would also occur on the CPU, are returned.
 class DeviceRenderer final : public Renderer {
  public:
   /// \param device  may be the CPU
   /// \param scene   must outlive the renderer and must not change
-  /// \return as Renderer::Create; also kUnsupported, unless it falls back: the device lacks a
-  ///     feature, such as the one that `way` requests, or the scene does not fit into it
+  /// \return see Renderer::Create; also kUnsupported, unless it falls back: the device lacks a
+  ///     feature, such as the method requested by `way`, or the scene does not fit into its memory
   static Result<std::unique_ptr<DeviceRenderer>> Create(const Device& device, const Scene& scene,
                                                         const RenderSettings& settings,
                                                         const TraceOptions& options = {});
@@ -44,12 +46,12 @@ class DeviceRenderer final : public Renderer {
   const RenderTimings& timings() const override { return renderer_->timings(); }
   size_t memory_bytes() const override { return renderer_->memory_bytes(); }
 
-  /// Whether frames are currently traced on a device other than the CPU. Then the timings are the
-  /// device's, not sums over threads.
+  /// Whether frames are currently traced on a device other than the CPU. Timings are then measured
+  /// on the device, and are not sums over threads.
   bool on_device() const { return on_device_; }
   /// Description of the tracing device.
   const std::string& place() const { return place_; }
-  /// Why the CPU traces instead of the device; empty if it does not, and after the first call.
+  /// The reason for a fallback to the CPU; empty without a fallback, and after the first call.
   std::string TakeRemark();
 
  private:
@@ -82,13 +84,13 @@ Result<render::FirstHits> ParseFirstHits(const std::string& text);
 /// "--textures": sampled, exact or auto.
 /// \return kInvalidArgument
 Result<render::TextureWay> ParseTextureWay(const std::string& text);
-/// The ways of tracing rays and of finding first hits, for messages: "in compute shaders, first
-/// hits are drawn"; empty for the CPU. Names the reason where the driver offers ray tracing
-/// pipelines that are not used.
+/// The methods for tracing rays and primary hits, for messages: "in compute shaders, first hits are
+/// drawn"; empty for the CPU. Includes the reason if the driver supports ray tracing pipelines that
+/// are not used.
 std::string TracingWayText(const Device& device, const TraceOptions& options);
 
-/// Keeps the shaders that drivers compile in the user's cache folder (gpu/pipeline_cache.h). Call
-/// it before the first device is opened.
+/// Enables the pipeline cache in the user's cache folder (gpu/pipeline_cache.h). Call it before the
+/// first device is opened.
 void KeepCompiledShaders();
 
 /// Devices with ray tracing hardware, as "vulkan:N".

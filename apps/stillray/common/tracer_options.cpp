@@ -11,14 +11,14 @@
 namespace stillray {
 namespace {
 
-/// Help of options has no full stop.
+/// Help text of an option, without full stop.
 std::string HelpOf(const Parameter& p) {
   std::string help = p.help;
   help.pop_back();
   return help;
 }
 
-/// The kind of value, as --help shows it.
+/// The placeholder of the value in --help.
 std::string ValuesOf(const Parameter& p) {
   switch (p.type) {
     case ParameterType::kChoice:
@@ -31,7 +31,7 @@ std::string ValuesOf(const Parameter& p) {
   }
 }
 
-/// The option of a setting: with dashes, as all options.
+/// The option name of a setting, with dashes like all options.
 std::string OptionName(std::string name) {
   std::replace(name.begin(), name.end(), '_', '-');
   return name;
@@ -72,7 +72,7 @@ Result<RenderSettings> ParseTracerArguments(const TracerArguments& arguments,
   for (const RenderLine& line : arguments.given) {
     const Status set = SetRenderParameter(&settings, line.name, line.value);
     if (!set.ok()) {
-      // The message begins with the setting's name.
+      // The message starts with the setting's name.
       return Status::InvalidArgument("--" + OptionName(line.name) +
                                      set.message().substr(line.name.size()));
     }

@@ -14,15 +14,15 @@ class App;
 namespace stillray {
 
 struct TracerArguments {
-  RenderSettings defaults;  ///< of the command; set before AddTracerOptions
-  RenderLines given;        ///< on the command line
+  RenderSettings defaults;  ///< defaults of the command; set before AddTracerOptions
+  RenderLines given;        ///< values from the command line
 };
 
-/// Numbers and choices become --NAME VALUE, flags --NAME and --no-NAME.
-/// \param arguments  outlives the parsing of the command line
+/// Adds --NAME VALUE for numbers and choices, --NAME and --no-NAME for flags.
+/// \param arguments  must outlive the parsing of the command line
 void AddTracerOptions(CLI::App* command, TracerArguments* arguments);
 
-/// The defaults, then lines of a settings file, then the command line.
+/// Applies the defaults, then the lines of a settings file, then the command line.
 /// \return kInvalidArgument naming the option, the value and what was expected
 Result<RenderSettings> ParseTracerArguments(const TracerArguments& arguments,
                                             const RenderLines& file);

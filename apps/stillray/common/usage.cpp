@@ -54,7 +54,7 @@ std::string UnknownOption(const CLI::App& command, const std::string& usage,
                      meant.empty() ? fmt::format("; {} --help lists all of them", usage) : meant);
 }
 
-/// A decimal number without leading zeros, which CLI11 would read as octal.
+/// Validates a decimal number without leading zeros, which CLI11 would parse as octal.
 template <typename T>
 std::string CheckNumber(std::string* text, const std::string& expected) {
   std::string_view digits = *text;
@@ -79,7 +79,7 @@ std::string WholeNumber() {
                      std::numeric_limits<T>::max());
 }
 
-/// By CLI11's type names: all options of signed integers are of 32 bits.
+/// Adds a check by CLI11's type name: all signed integer options have 32 bits.
 void CheckOption(CLI::Option* option) {
   const std::string type = option->get_type_name();
   std::function<std::string(std::string&)> check;
@@ -91,7 +91,7 @@ void CheckOption(CLI::Option* option) {
     check = [](std::string& text) { return CheckNumber<double>(&text, "a number"); };
   }
   if (check) {
-    option->transform(CLI::Validator(check, ""));  // before other checks, which read the number
+    option->transform(CLI::Validator(check, ""));  // before other checks, which parse the number
   }
 }
 
@@ -117,7 +117,7 @@ void AddHelpCommand(CLI::App& app, int* exit_code) {
   command->add_option("command", *name, "Name of the command; none: an overview");
   command->callback([&app, name, exit_code] {
     if (name->empty()) {
-      // App::help would be that of `help`, the current command.
+      // App::help would return the help of `help`, the current command.
       WriteText(stdout,
                 app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
       return;
@@ -146,7 +146,7 @@ std::vector<std::string> ArgumentsOf(CLI::App& app, int argc, const char* const*
   CLI::App* command = commands.empty() ? nullptr : commands.front();
   for (int i = 1; i < argc; ++i) {
     std::string text = argv[i];
-    // CLI11 keeps values of such options unchanged too.
+    // CLI11 also leaves values of such options unchanged.
     const CLI::Option* option =
         command != nullptr && i > 1 ? command->get_option_no_throw(argv[i - 1]) : nullptr;
     const bool single = option != nullptr && option->get_items_expected_max() > 0 &&

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray compare: differences of pictures from their references. docs/metrics.md defines the
-// measures.
+// stillray compare: error metrics of images against references, defined in docs/metrics.md.
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -37,9 +36,9 @@ struct CompareOptions {
   ObjectSource objects;
 };
 
-/// A measure of one picture.
+/// A metric of one image.
 struct Measure {
-  const char* name;  ///< in JSON
+  const char* name;  ///< name in JSON
   double ImageMetrics::*value;
   bool radiance_only = false;
 };
@@ -57,7 +56,7 @@ constexpr Measure kMeasures[] = {
     {"worst_share", &ImageMetrics::worst_share},
 };
 
-/// The values of one frame, or their mean over frames.
+/// The metrics of one frame, or their means over frames.
 struct Numbers {
   ImageMetrics metrics;
   std::optional<double> temporal_error;
@@ -68,8 +67,8 @@ struct Numbers {
   }
 };
 
-/// Averages frames. A measure that is infinite in one frame has an infinite mean; frames without a
-/// number, as where no history is visible, are left out of its mean.
+/// Averages metrics over frames. A metric that is infinite in one frame has an infinite mean; NaN
+/// values, as in frames without visible history, are excluded from the mean.
 class Means {
  public:
   void Add(const Numbers& frame) {
@@ -140,7 +139,8 @@ std::string TableRow(const std::string& name, const Numbers& numbers, bool displ
                      OptionalText(numbers.temporal_error), m.non_finite);
 }
 
-/// The second table: where errors lie and how light follows. One table would be too wide.
+/// Header of the second table, with error distribution and temporal response. A single table would
+/// be too wide.
 std::string DetailsHead() {
   return fmt::format("\n{:>7} {:>13} {:>11} {:>10} {:>14} {:>16} {:>12}\n", "frame",
                      "bright specks", "dark specks", "worst 1 %", "darkest region",
@@ -208,7 +208,7 @@ Status WriteHeatMaps(const ComparedFrame& frame, const std::string& folder) {
                       report::kRelativeSquaredErrorScale);
 }
 
-/// Compares all pairs, printing each row of the first table as soon as it is computed.
+/// Compares all pairs, and prints each row of the first table as soon as it is computed.
 class Comparison {
  public:
   explicit Comparison(const CompareOptions& options)

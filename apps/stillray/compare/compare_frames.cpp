@@ -30,7 +30,8 @@ const char* KindName(bool linear) {
   return linear ? "linear radiance" : "display values";
 }
 
-/// A name with marks or wild cards is a file if that file exists; a folder is a sequence.
+/// Whether a path is a sequence: a folder, or a name with placeholders or wildcards that is not an
+/// existing file.
 bool IsSequence(const std::string& path) {
   std::error_code ignored;
   return std::filesystem::is_directory(path, ignored) ||
@@ -169,7 +170,7 @@ Status FrameComparer::MeasureChange(Loaded* loaded) {
   return Status::Ok();
 }
 
-/// Reads the numbers of objects, unless they came with the pictures.
+/// Reads the object ids, unless they were read with the images.
 Status FrameComparer::LoadObjects(Loaded* loaded) const {
   const FramePair& files = loaded->frame.files;
   const char* wanted = objects_.layer == kAnyObjects ? "a layer id.X or IndexOB.X" : "this layer";

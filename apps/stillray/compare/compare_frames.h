@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Finds and compares the pictures of `stillray compare`: one pair, or the common frames of two
+/// Finds and compares the images of `stillray compare`: one pair, or the common frames of two
 /// sequences.
 #pragma once
 
@@ -19,7 +19,7 @@ namespace stillray {
 
 /// The files of one comparison.
 struct FramePair {
-  std::optional<int64_t> number;  ///< none: not a frame of a sequence
+  std::optional<int64_t> number;  ///< frame number; unset: not a frame of a sequence
   std::string test;
   std::string reference;
 };
@@ -34,8 +34,9 @@ struct FrameRange {
 /// \return kInvalidArgument
 Result<FrameRange> ParseFrameRange(const std::string& text);
 
-/// Two pictures make one pair; two patterns ("name.####.exr") the frames on disk that both have.
-/// \return kInvalidArgument (one of them alone is a pattern; a range without patterns), kNotFound
+/// Returns one pair for two images; for two patterns ("name.####.exr") the frames that exist on
+/// disk in both sequences.
+/// \return kInvalidArgument (only one of them is a pattern; a range without patterns), kNotFound
 ///     (no common frame; the message has both counts)
 Result<std::vector<FramePair>> FindFramePairs(const std::string& test, const std::string& reference,
                                               const std::optional<FrameRange>& range);
@@ -47,21 +48,21 @@ struct ComparedFrame {
   Image3 reference;
   bool display = false;
   ImageMetrics metrics;
-  /// None: the previous frame was not compared. NaN: no pixel's history is visible.
+  /// Unset: the previous frame was not compared. NaN: no pixel was visible in the previous frame.
   std::optional<double> temporal_error;
-  std::optional<LightChange> light_change;  ///< none likewise
-  std::vector<ObjectErrors> objects;        ///< if a layer of them was requested
+  std::optional<LightChange> light_change;  ///< unset: the previous frame was not compared
+  std::vector<ObjectErrors> objects;        ///< only if a layer of object ids is given
 };
 
-/// The numbers of objects, which errors are listed by.
+/// The layer of object ids, by which errors are grouped.
 struct ObjectSource {
-  std::string layer;  ///< as ReadPictureFile; empty: none
-  /// A picture, or the frames of a sequence, that has the layer; empty: the references, or else the
-  /// tests.
+  std::string layer;  ///< layer name for ReadPictureFile; empty: none
+  /// Image or sequence pattern with the layer; empty: the reference images, or else the test
+  /// images.
   std::string files;
 };
 
-/// Compares pairs in sequence and keeps the last one for the measures over consecutive frames.
+/// Compares pairs in sequence and keeps the previous pair for metrics over consecutive frames.
 class FrameComparer {
  public:
   explicit FrameComparer(ObjectSource objects) : objects_(std::move(objects)) {}
@@ -70,11 +71,11 @@ class FrameComparer {
   /// \return errors of reading; kInvalidArgument (sizes or kinds that differ, naming the files)
   Result<const ComparedFrame*> Compare(const FramePair& files);
 
-  /// Inputs that the measures over consecutive frames lacked so far, one line each.
+  /// Missing inputs of the metrics over consecutive frames, one line each.
   std::vector<std::string> Notes() const;
 
  private:
-  /// A frame and the layers of its test picture for reprojection.
+  /// A frame and the layers of its test image for reprojection.
   struct Loaded {
     ComparedFrame frame;
     Image2 motion;

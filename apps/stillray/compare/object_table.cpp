@@ -16,11 +16,11 @@ namespace {
 
 constexpr size_t kMostRows = 20;
 
-/// The measures of one object.
+/// The metrics of one object.
 struct Row {
   int64_t object = 0;
-  double pixels = 0;  ///< share of the picture
-  double error = 0;   ///< share of the squared error
+  double pixels = 0;  ///< fraction of the image
+  double error = 0;   ///< fraction of the squared error
   double psnr = 0;
   double rel_mse = 0;
   double flip = 0;

@@ -19,9 +19,9 @@ class ObjectTable {
  public:
   void Add(std::span<const ObjectErrors> frame);
   bool empty() const { return objects_.empty(); }
-  /// Those with the largest share of the squared error first, 20 of them.
+  /// Table of the 20 objects with the largest share of the squared error, sorted by that share.
   std::string Text() const;
-  /// All of them, in the same order.
+  /// All objects, sorted by their share of the squared error.
   nlohmann::ordered_json Json() const;
 
  private:

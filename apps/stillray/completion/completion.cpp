@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// `stillray completion SHELL` and `stillray man`: what packages install beside the program.
+/// `stillray completion SHELL` and `stillray man`, whose output is installed by packages.
 #include <memory>
 #include <string>
 

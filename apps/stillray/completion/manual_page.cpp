@@ -11,8 +11,8 @@
 namespace stillray {
 namespace {
 
-/// Text of which roff changes nothing: "-" would become a hyphen, "\" begins a request, and so do
-/// "." and "'" at the beginning of a line.
+/// Escapes text for roff, where "-" would become a hyphen, and "\", as well as "." and "'" at the
+/// beginning of a line, start a request.
 std::string Text(std::string_view text) {
   std::string roff;
   for (const char c : text) {
@@ -68,7 +68,7 @@ std::string Synopsis(const CommandEntry& command) {
   return text + "\n";
 }
 
-/// Footers are written for terminals: their lines are kept.
+/// Footers are formatted for terminals: line breaks are preserved.
 std::string Footer(const std::string& footer) {
   const size_t first = footer.find_first_not_of('\n');
   if (first == std::string::npos) {

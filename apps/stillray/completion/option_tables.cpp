@@ -13,7 +13,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-/// "full|sparse"; empty if the text is no such list: "N|1/N" stands for numbers.
+/// Splits "full|sparse"; empty if the text is not a list of names, such as "N|1/N" for numbers.
 Names SplitChoices(const std::string& text) {
   Names names = CLI::detail::split(text, '|');
   const auto is_name = [](const std::string& name) {
@@ -25,7 +25,7 @@ Names SplitChoices(const std::string& text) {
   return list ? names : Names();
 }
 
-/// The names that a check by OneOf() accepts.
+/// The names accepted by a OneOf() check.
 Names CheckedNames(CLI::Option* option) {
   try {
     for (int i = 0;; ++i) {
@@ -48,7 +48,7 @@ Names ParameterChoices(std::string_view name) {
   return {};
 }
 
-/// "sigma_l=", ...: the beginning of a value of --set.
+/// Prefixes of --set values: "sigma_l=", ...
 Names ParameterAssignments() {
   Names names;
   for (const Parameter& p : Parameters()) {
@@ -151,7 +151,7 @@ CommandEntry ReadCommand(CLI::App& command) {
   return entry;
 }
 
-/// `stillray help` takes the name of a command.
+/// Sets the values of `stillray help`: command names.
 void SetCommandNames(ProgramEntry* program) {
   Names names;
   for (const CommandEntry& command : program->commands) {

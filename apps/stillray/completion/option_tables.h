@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The command line as data, read from the options that the commands declare: shell completion and
-/// manual page are made from it, and so name every command and option there is.
+/// The command line as data, read from the declared options: shell completion and manual page are
+/// generated from it, and therefore cover all commands and options.
 #pragma once
 
 #include <string>
@@ -15,14 +15,14 @@ namespace stillray {
 struct OptionEntry {
   std::vector<std::string> names;   ///< "-o", "--output"; those of flags with "--no-"
   std::string value;                ///< placeholder of its value, such as "TEXT"; "" for a flag
-  std::vector<std::string> values;  ///< names that may follow it; empty: a file, a number, a text
+  std::vector<std::string> values;  ///< allowed values; empty: a file, a number, a text
   std::string default_value;        ///< "" if there is none
   std::string help;                 ///< without a full stop
 };
 
 struct PositionalEntry {
   std::string name;
-  std::vector<std::string> values;  ///< suggested ones; others, such as files, may be valid too
+  std::vector<std::string> values;  ///< suggested values; other values, such as files, may be valid
   bool takes_files = true;
   bool required = false;
   bool repeated = false;
@@ -32,7 +32,7 @@ struct PositionalEntry {
 struct CommandEntry {
   std::string name;
   std::string help;
-  std::string footer;  ///< lines on what the command does, and examples
+  std::string footer;  ///< description of the command, and examples
   std::vector<OptionEntry> options;
   std::vector<PositionalEntry> positionals;
 };
@@ -43,7 +43,7 @@ struct ProgramEntry {
   std::vector<CommandEntry> commands;
 };
 
-/// All commands and options of the program. Hidden ones are left out.
+/// All commands and options of the program, except hidden ones.
 ProgramEntry ReadOptionTables(CLI::App& app);
 
 /// The first clause of a help text, for one line of a list.

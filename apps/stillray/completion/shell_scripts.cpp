@@ -11,7 +11,7 @@
 namespace stillray {
 namespace {
 
-/// Within single quotes of a shell.
+/// Escapes text for single quotes in a shell.
 std::string Quoted(std::string_view text) {
   std::string quoted = "'";
   for (const char c : text) {
@@ -38,8 +38,8 @@ std::vector<std::string> NamesOf(const std::vector<CommandEntry>& commands) {
 
 // ---- bash ------------------------------------------------------------------------------------
 
-/// Beginning and end of the script. Words are found in the line itself: bash breaks its own at ':'
-/// and '=', which are parts of values such as builtin:cornell and sigma_l=2.
+/// Beginning and end of the script. The script splits the line into words itself: bash breaks words
+/// at ':' and '=', which occur in values such as builtin:cornell and sigma_l=2.
 constexpr std::string_view kBashHead =
     R"(# bash completion of stillray, written by `stillray completion bash`.
 # _stillray_words [values...]: those that begin with the current word. An answer stands for what is
@@ -130,7 +130,7 @@ std::string BashCommand(const CommandEntry& command) {
 
 // ---- zsh -------------------------------------------------------------------------------------
 
-/// Text within [...] of _arguments.
+/// Escapes text for [...] in _arguments.
 std::string ZshText(const std::string& help) {
   std::string text;
   for (const char c : ShortHelp(help)) {

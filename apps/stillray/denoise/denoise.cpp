@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray denoise: frames of any renderer in, the same files with clean light out.
+// stillray denoise: reads frames of any renderer, and writes the files with denoised radiance.
 #include <memory>
 #include <string>
 

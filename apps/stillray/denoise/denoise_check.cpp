@@ -14,7 +14,7 @@
 namespace stillray {
 namespace {
 
-/// Reported at the frame where they occur.
+/// Findings that denoising reports at the frame where they occur.
 constexpr std::string_view kSaidElsewhere[] = {"frames_missing", "size_changes", "layers_change"};
 
 /// The guides whose absence is both a note of the layout and a finding.

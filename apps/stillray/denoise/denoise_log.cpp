@@ -66,7 +66,7 @@ Json LayoutJson(const AovLayout& layout) {
 /// One of the three steps of a frame (read, filter, write), which may overlap.
 struct Part {
   const char* name;
-  double milliseconds;  ///< over all frames
+  double milliseconds;  ///< total over all frames
 };
 
 std::array<Part, 3> PartsOf(const DenoiseLog& log) {
@@ -93,7 +93,7 @@ double Elapsed(const DenoiseLog& log) {
   return sum;
 }
 
-/// The step that limits the throughput: it is busy all the time, and the others wait for it.
+/// The step that limits the throughput, for which the others wait.
 std::string SlowestText(const DenoiseLog& log) {
   const double elapsed = Elapsed(log);
   if (!(elapsed > 0)) {
@@ -137,7 +137,7 @@ std::string DenoiseLogJson(const DenoiseOptions& options, const AovLayout& layou
   if (log.device_memory.allocations > 0) {
     json["memory"]["device"] = DeviceMemoryJson(log.device_memory);
   }
-  // Names from files need not be UTF-8, as JSON must be.
+  // JSON must be UTF-8, but names from files need not be.
   return JsonText(json);
 }
 

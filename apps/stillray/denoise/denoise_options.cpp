@@ -49,7 +49,7 @@ Status CheckLensArguments(const DenoiseArguments& arguments, const PostEffects& 
   return Status::Ok();
 }
 
-/// In the words of `stillray render`.
+/// Parses the lens, with the option syntax of `stillray render`.
 Status ParseLens(const DenoiseArguments& arguments, Lens* lens) {
   RenderSettings settings;
   for (const auto& [name, value] :
@@ -79,7 +79,7 @@ Status ParsePost(const DenoiseArguments& arguments, DenoiseOptions* options) {
   return post->depth_of_field ? ParseLens(arguments, &options->lens) : Status::Ok();
 }
 
-/// The options besides SequenceOptions that change the pictures, for --resume.
+/// All options except SequenceOptions that affect the images, for --resume.
 std::string Fingerprint(const DenoiseArguments& a) {
   std::string text = fmt::format("denoise {}\noutput {}\ndevice {}\n", fmt::join(a.inputs, " "),
                                  a.output, a.device);
@@ -96,7 +96,7 @@ std::string Fingerprint(const DenoiseArguments& a) {
   return text;
 }
 
-/// "8G", "500M", bytes without a letter.
+/// Parses "8G", "500M", or bytes without a suffix.
 Status ParseMemory(const std::string& text, int64_t* bytes) {
   if (text.empty()) {
     *bytes = AvailableMemory();

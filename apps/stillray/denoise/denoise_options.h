@@ -18,7 +18,7 @@
 
 namespace stillray {
 
-/// Text as the user gave it.
+/// Unparsed option values.
 struct DenoiseArguments {
   std::vector<std::string> inputs;
   std::string output;
@@ -49,14 +49,14 @@ struct DenoiseArguments {
   std::string json_path;
 };
 
-/// The same, understood.
+/// Parsed and validated options.
 struct DenoiseOptions {
   DenoiseArguments text;
-  std::string preset;  ///< on which the settings are based
+  std::string preset;  ///< base preset of the settings
   SequenceOptions sequence;
   PostEffects post;
-  Lens lens;                ///< of depth of field
-  std::string window_note;  ///< the reason for the window, or empty
+  Lens lens;                ///< lens of the depth of field effect
+  std::string window_note;  ///< reason for the size of the window, or empty
 };
 
 /// \return kInvalidArgument naming the option, its value and the expected ones; kNotFound

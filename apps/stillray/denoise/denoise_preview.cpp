@@ -26,7 +26,7 @@ Kind KindOf(const std::string& target) {
                                             : Kind::kPictures;
 }
 
-/// The denoised light of a file that an earlier run wrote.
+/// The denoised radiance in a file of an earlier run.
 Result<Image3> ReadDenoised(const std::string& path, const AovLayout& layout) {
   const Result<ExrImage> image = ReadExr(path);
   if (!image.ok()) {

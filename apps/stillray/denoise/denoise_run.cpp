@@ -31,7 +31,7 @@
 namespace stillray {
 namespace {
 
-/// Runs a SequenceDenoiser, and adds messages, preview and log.
+/// Runs a SequenceDenoiser with messages, preview and log.
 class DenoiseRun {
  public:
   DenoiseRun(const DenoiseOptions& options, int threads)
@@ -69,9 +69,9 @@ class DenoiseRun {
   std::optional<Progress> progress_;
   std::vector<Finding> findings_;
   std::string warning_;    ///< the denoiser's first warning
-  double done_ = 0;        ///< frames denoised and accumulated backward
-  size_t resumed_at_ = 0;  ///< files that an earlier run finished
-  double seconds_ = 0;     ///< of this run's frames
+  double done_ = 0;        ///< number of frames that are denoised or accumulated backwards
+  size_t resumed_at_ = 0;  ///< number of files finished by an earlier run
+  double seconds_ = 0;     ///< time for this run's frames
   int64_t written_bytes_ = 0;
 };
 
@@ -109,7 +109,7 @@ SequenceHooks DenoiseRun::Hooks() {
   return hooks;
 }
 
-/// --fov counts before the cameras of the files.
+/// Applies the effects; --fov takes precedence over the cameras of the files.
 Status DenoiseRun::ApplyEffects(const Frame& frame, double focal_pixels, Image3* colour) const {
   post::ThinLens lens;
   if (options_.post.depth_of_field) {
@@ -126,7 +126,7 @@ Status DenoiseRun::ApplyEffects(const Frame& frame, double focal_pixels, Image3*
   return ApplyPostEffects(options_.post, lens, frame.guides, colour);
 }
 
-/// A resumed run has its findings in its log, and has printed them.
+/// Examines the inputs; a resumed run has already logged and printed its findings.
 Status DenoiseRun::CheckInputs() {
   if (!options_.text.no_check && !sequence_->resumed()) {
     Result<std::vector<Finding>> findings = CheckFirstFrames(options_, sequence_->derives_motion());

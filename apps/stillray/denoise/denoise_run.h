@@ -7,9 +7,9 @@
 
 namespace stillray {
 
-/// Denoises all frames of the options, or the remaining ones with --resume, and prints the roles of
-/// layers, progress and a summary. Finished files stay if it fails.
-/// \param threads  for the log only
+/// Denoises all frames, or the remaining frames with --resume, and prints the roles of layers,
+/// progress and a summary. Finished files are kept after a failure.
+/// \param threads  number of threads, only for the log
 Status RunDenoise(const DenoiseOptions& options, int threads);
 
 }  // namespace stillray

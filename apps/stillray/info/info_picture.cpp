@@ -21,9 +21,9 @@ namespace {
 
 constexpr int kRowsPerTask = 32;
 constexpr size_t kMaxFileBytes = size_t{4} << 30;
-/// All channels, and the file itself: 220 B a pixel with 35 channels.
+/// Memory of all channels and of the file: 220 B per pixel with 35 channels.
 constexpr ExrCost kCost = {10, 8};
-constexpr size_t kMaxShownAttribute = 120;  // characters; JSON has the full text
+constexpr size_t kMaxShownAttribute = 120;  // characters; JSON contains the full text
 constexpr const char* kMainLayer = "(main)";
 
 void Include(ValueRange* range, const ValueRange& part) {
@@ -61,7 +61,7 @@ ValueRange RowRange(const T* row, int width) {
   return range;
 }
 
-/// Rows in parallel, summed in order.
+/// Processes rows in parallel, and sums them in order.
 template <typename T>
 ValueRange PlaneRange(const Plane<T>& plane) {
   std::vector<ValueRange> rows(static_cast<size_t>(plane.height()));
@@ -77,7 +77,7 @@ ValueRange PlaneRange(const Plane<T>& plane) {
   return range;
 }
 
-/// R before G before B and X before Y before Z; EXR files sort channels alphabetically.
+/// Sort key: R, G, B and X, Y, Z in this order; EXR files sort channels alphabetically.
 int ChannelOrder(const std::string& name) {
   static constexpr std::string_view kOrder = "RGBrgbXYZWUVAa";
   const size_t at = name.size() == 1 ? kOrder.find(name[0]) : std::string_view::npos;
@@ -172,7 +172,7 @@ std::string TypeList(const LayerInfo& layer) {
   return text;
 }
 
-/// One line without control characters, shortened if long.
+/// The value as a single line without control characters, truncated if too long.
 std::string Shown(const std::string& value) {
   std::string text = value.substr(0, kMaxShownAttribute);
   for (char& c : text) {
@@ -318,7 +318,7 @@ nlohmann::ordered_json PictureJson(const PictureInfo& info) {
     for (const ChannelInfo& channel : layer.channels) {
       nlohmann::ordered_json channel_json;
       channel_json["name"] = channel.name;
-      // Other formats than EXR have their own pixel type, which decoding does not return.
+      // The pixel type of formats other than EXR is not returned by decoding.
       if (info.format == "EXR") {
         channel_json["type"] = TypeName(channel.type);
       }

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Describes a picture file for `stillray info`.
+/// Describes an image file for `stillray info`.
 #pragma once
 
 #include <cstdint>
@@ -19,11 +19,11 @@ namespace stillray {
 
 /// Range of one channel, or of all channels of a layer.
 struct ValueRange {
-  int64_t count = 0;  ///< all values, finite or not
+  int64_t count = 0;  ///< number of values, including non-finite ones
   int64_t nan = 0;
   int64_t infinite = 0;
   int64_t negative = 0;  ///< finite and below zero
-  /// Over the finite values; undefined if there are none.
+  /// Minimum, maximum and sum of the finite values; undefined if there are none.
   double min = 0;
   double max = 0;
   double sum = 0;
@@ -33,13 +33,13 @@ struct ValueRange {
 };
 
 struct ChannelInfo {
-  std::string name;  ///< without its layer
+  std::string name;  ///< channel name without its layer
   PixelType type = PixelType::kFloat;
   ValueRange values;
 };
 
 struct LayerInfo {
-  std::string name;  ///< without the last dot; empty for the main picture
+  std::string name;  ///< layer name without the last dot; empty for the main image
   std::vector<ChannelInfo> channels;
   ValueRange values;
 };
@@ -50,10 +50,10 @@ struct PictureInfo {
   uint64_t file_bytes = 0;
   int width = 0;
   int height = 0;
-  bool linear = true;  ///< false: the values below were decoded from sRGB
+  bool linear = true;  ///< false: the values were decoded from sRGB
   std::vector<LayerInfo> layers;
 
-  // EXR files only.
+  // Only for EXR files.
   std::string compression;
   bool tiled = false;
   ExrWindow data_window;

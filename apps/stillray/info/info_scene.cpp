@@ -16,18 +16,18 @@ namespace stillray {
 
 namespace {
 
-/// Counts other than the sizes of the scene's lists.
+/// Counts in addition to the sizes of the scene's lists.
 struct SceneCounts {
-  uint64_t stored_triangles = 0;    ///< each mesh once
+  uint64_t stored_triangles = 0;    ///< each mesh counted once
   uint64_t emissive_triangles = 0;  ///< including all instances
   uint64_t geometry_bytes = 0;
   uint64_t texture_bytes = 0;
   uint64_t emissive_materials = 0;
   uint64_t transmissive_materials = 0;
-  uint64_t scattering_materials = 0;  ///< of solids in which light is scattered
+  uint64_t scattering_materials = 0;  ///< materials of solids with a scattering medium
   uint64_t cutout_materials = 0;
-  uint64_t skinned = 0;  ///< instances
-  uint64_t morphed = 0;  ///< instances
+  uint64_t skinned = 0;  ///< number of instances
+  uint64_t morphed = 0;  ///< number of instances
 };
 
 template <typename T>
@@ -95,7 +95,7 @@ std::string Mebibytes(uint64_t bytes) {
   return fmt::format("{:.1f} MiB", static_cast<double>(bytes) / (1 << 20));
 }
 
-/// One line without control characters: names come from files.
+/// The name as a single line without control characters, since names come from files.
 std::string WithoutControls(const std::string& name) {
   std::string text = name;
   for (char& c : text) {

@@ -14,7 +14,7 @@
 
 namespace stillray {
 
-/// Whether `spec` is a scene rather than a picture: "builtin:NAME", or a name that ends in .gltf or
+/// Whether `spec` is a scene rather than an image: "builtin:NAME", or a name that ends in .gltf or
 /// .glb.
 bool LooksLikeScene(const std::string& spec);
 

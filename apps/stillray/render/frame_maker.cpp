@@ -96,7 +96,7 @@ Status FrameMaker::Prepare(const RenderDevices& devices, bool ahead) {
   return denoiser_->SetOutputs(options_.outputs);
 }
 
-/// With "auto", the CPU traces if the device cannot.
+/// Creates the renderer; with "auto", falls back to the CPU if the device cannot trace the scene.
 Status FrameMaker::MakeRenderer(const RenderDevices& devices) {
   const std::string& chosen =
       options_.text.trace_device.empty() ? options_.text.device : options_.text.trace_device;
@@ -140,7 +140,7 @@ RenderMoment FrameMaker::MomentOf(int64_t number) const {
   return moment;
 }
 
-/// Shows the progress of a frame's tracing, given as a fraction of its TraceWork.
+/// Callback that shows the progress of tracing a frame, as a fraction of its TraceWork.
 RenderProgress FrameMaker::Shown(int64_t number, Progress* progress) const {
   return [this, number, progress](double part) {
     const double done = part * TraceWork(options_, number);
@@ -151,7 +151,7 @@ RenderProgress FrameMaker::Shown(int64_t number, Progress* progress) const {
   };
 }
 
-/// \param progress  of frame and reference together
+/// \param progress  total progress of frame and reference
 Status FrameMaker::Trace(int64_t number, const RenderProgress& progress, TracedFrame* traced) {
   const RenderMoment moment = MomentOf(number);
   const double work = TraceWork(options_, number);
@@ -176,7 +176,7 @@ Status FrameMaker::Trace(int64_t number, const RenderProgress& progress, TracedF
   return Status::Ok();
 }
 
-/// Traces the frame, or waits for it, and starts with the next one.
+/// Traces the frame, or waits for it, and starts tracing the next frame.
 Status FrameMaker::TakeTraced(int64_t number, Progress* progress, RenderPicture* picture) {
   const RenderProgress shown = Shown(number, progress);
   if (ahead_.under_way()) {
@@ -197,8 +197,8 @@ Status FrameMaker::TakeTraced(int64_t number, Progress* progress, RenderPicture*
   return Status::Ok();
 }
 
-/// If the denoiser falls back to the CPU, later frames are rendered to the host; this one is traced
-/// again, as it may be lost with the device.
+/// Denoises the frame. If the denoiser falls back to the CPU, later frames are rendered to host
+/// memory; the current frame is traced again, since it may be lost with the device.
 Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, RenderPicture* picture) {
   Frame& frame = picture->traced.frame;
   const Status status = denoiser_->Denoise(frame, &picture->denoised);
@@ -218,8 +218,8 @@ Status FrameMaker::Denoise(const RenderMoment& moment, Progress* progress, Rende
   return denoiser_->Denoise(frame, &picture->denoised);
 }
 
-/// Not on the writer's thread, which would have to wait for the device while that traces the next
-/// frame.
+/// Downloads the frame here instead of on the writer's thread, which would wait for the device
+/// while it traces the next frame.
 Status FrameMaker::BringToHost(RenderPicture* picture) const {
   const Frame& frame = picture->traced.frame;
   picture->in_files = &frame;
@@ -263,7 +263,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
     picture->denoised.images = std::move(earlier->images);
     return Status::Ok();
   }
-  // Until its picture is written, no saved state matches the history.
+  // Until the image is written, no saved state matches the history.
   history_is_whole_ = false;
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(Denoise(moment, progress, picture));
@@ -273,7 +273,7 @@ Status FrameMaker::Make(int64_t number, UnwrittenFrame* earlier, Progress* progr
   picture->log.stages.insert(picture->log.stages.end(), filtered.begin(), filtered.end());
   STILLRAY_RETURN_IF_ERROR(BringToHost(picture));
   STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->denoised.colour, picture));
-  // It is traced through a pinhole too: with the same effects it stays a reference.
+  // The reference is also traced with a pinhole camera, hence it needs the same effects.
   STILLRAY_RETURN_IF_ERROR(ApplyPost(&picture->traced.reference, picture));
   history_is_whole_ = true;
   last_filtered_ = number;

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Traces and filters the frames of `stillray render`, on one device or, as a fallback, on the CPU;
-/// or on two devices, which then work at the same time.
+/// Traces and filters the frames of `stillray render`: on one device or, as a fallback, on the CPU;
+/// or concurrently on two devices.
 #pragma once
 
 #include <cstdint>
@@ -25,26 +25,26 @@ namespace stillray {
 /// the next frame.
 struct TracedFrame {
   Frame frame;
-  Image3 reference;  ///< empty: none
+  Image3 reference;  ///< reference image; empty: none
   double milliseconds = 0;
   std::vector<LoggedStage> stages;
   size_t renderer_bytes = 0;
-  std::string on_cpu;  ///< why the CPU traced it instead of the device; empty: it did not
+  std::string on_cpu;  ///< reason for a fallback to the CPU; empty: none
 };
 
-/// A frame until its files are written.
+/// Data of a frame until its files are written.
 struct RenderPicture {
   TracedFrame traced;
-  Frame on_host;  ///< host copy of its planes, if it is on a device and files need them
-  const Frame* in_files = nullptr;  ///< the frame with the planes that files need
+  Frame on_host;  ///< host copy of the planes required by files, if the frame is in device memory
+  const Frame* in_files = nullptr;  ///< the frame with the planes required by files
   DenoisedFrame denoised;
   FrameLog log;
 };
 
-/// Cost of a frame in samples per pixel, from which its time is estimated. Filtering and writing
-/// count as four.
+/// Cost of a frame in samples per pixel, for time estimates. Filtering and writing count as four
+/// samples.
 double FrameWork(const RenderOptions& options, int64_t frame);
-/// The cost of all earlier frames.
+/// Total cost of all earlier frames.
 double WorkBefore(const RenderOptions& options, int64_t frame);
 /// "frame 3 of 120".
 std::string FrameText(const RenderOptions& options, int64_t frame);
@@ -58,27 +58,28 @@ class FrameMaker {
   /// \return kNotFound naming the existing cameras
   Status FindCamera();
   /// Creates renderer and denoiser.
-  /// \param ahead  whether a frame may be traced while the last one is filtered, if the devices
+  /// \param ahead  whether a frame may be traced while the previous one is filtered, if the devices
   ///     differ
   /// \return also kInvalidArgument if there is no lens for depth of field
   Status Prepare(const RenderDevices& devices, bool ahead);
 
-  /// Renders and denoises a frame, and its reference if requested. Call it for one frame after the
-  /// other: the next one may be traced already.
-  /// \param earlier  picture of the same frame, filtered by an earlier run, which replaces
-  ///     filtering: the history already includes its light; or nullptr
+  /// Renders and denoises a frame, and its reference if requested. Call it in frame order, since
+  /// the next frame may already be in progress.
+  /// \param earlier  image of this frame from an earlier run, which replaces filtering, since the
+  ///     history already includes the frame; or nullptr
   Status Make(int64_t number, UnwrittenFrame* earlier, Progress* progress, RenderPicture* picture);
 
-  /// The last frame whose light is in the history.
+  /// The last frame accumulated in the history.
   int64_t last_filtered() const { return last_filtered_; }
-  /// Whether the history is that after last_filtered(); false once a frame has failed during or
+  /// Whether the history is valid as of last_filtered(); false once a frame has failed during or
   /// after filtering.
   bool history_is_whole() const { return history_is_whole_; }
   Result<std::vector<uint8_t>> SaveHistory() const { return denoiser_->SaveHistory(); }
-  /// \param last  the last frame whose light it includes
+  /// \param last  the last frame accumulated in the history
   Status RestoreHistory(const std::vector<uint8_t>& history, int64_t last);
 
-  /// Whether the next frame is traced while one is filtered: one frame more in memory.
+  /// Whether the next frame is traced while one is filtered, which takes the memory of one more
+  /// frame.
   bool traces_ahead() const { return traces_ahead_; }
   const Denoiser& denoiser() const { return *denoiser_; }
   /// The device that traces the first frame.
@@ -98,18 +99,18 @@ class FrameMaker {
   const RenderOptions& options_;
   const Scene& scene_;
   int camera_ = 0;
-  post::ThinLens lens_;  ///< of the effect
+  post::ThinLens lens_;  ///< lens of the depth of field effect
   std::unique_ptr<DeviceRenderer> renderer_;
   std::string place_;
-  bool on_device_ = false;  ///< frames stay on the device, which also filters them
+  bool on_device_ = false;  ///< frames remain in device memory, for a filter on the same device
   bool traces_ahead_ = false;
   std::optional<Denoiser> denoiser_;
   bool printed_fall_back_ = false;
   int64_t last_filtered_;
   bool history_is_whole_ = true;
-  TracedFrame next_;         ///< is traced while another is filtered
-  int64_t next_number_ = 0;  ///< its number
-  TraceAhead ahead_;         ///< last, so that its thread ends before its data is freed
+  TracedFrame next_;         ///< frame traced while another one is filtered
+  int64_t next_number_ = 0;  ///< number of next_
+  TraceAhead ahead_;         ///< last member: its thread ends before the thread's data is freed
 };
 
 }  // namespace stillray

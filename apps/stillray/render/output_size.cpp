@@ -17,10 +17,10 @@ namespace stillray {
 namespace {
 
 /// Bytes per pixel after compression, measured on the built-in scenes and on textured rooms at 640
-/// x 360. Noise hardly compresses; denoised pictures and guides do.
+/// x 360. Noise hardly compresses; denoised images and guides do.
 constexpr double kExrPicture = 3.2;  ///< R, G, B in halves
 constexpr double kExrNoisy = 30.0;   ///< all signals and guides
-constexpr double kExrGuide = 4.0;    ///< motion and depth are floats, others halves
+constexpr double kExrGuide = 4.0;    ///< motion and depth are floats, other guides halves
 constexpr double kExrOutput = 3.0;   ///< a layer of the denoiser
 constexpr double kFloatsOverHalves = 2.2;
 constexpr double kPngPicture = 1.0;
@@ -29,7 +29,7 @@ constexpr double kJpgPicture = 0.35;
 constexpr double kJpgNoisy = 1.2;
 constexpr double kVideo = 0.08;
 
-/// Bytes per pixel of the frames, and additionally of those with a reference.
+/// Bytes per pixel of all frames, and additional bytes of frames with a reference.
 struct PerPixel {
   double exr = 0;
   double png = 0;

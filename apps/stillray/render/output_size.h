@@ -11,8 +11,8 @@
 
 namespace stillray {
 
-/// Bytes of the files of a run by format, estimated from the number of pixels. Noise and texture
-/// compress differently: real sizes are between half and twice of it.
+/// Bytes of the files of a run by format, estimated from the number of pixels. Actual sizes are
+/// within a factor of two, depending on the compression of noise and texture.
 struct OutputSize {
   int64_t exr = 0;
   int64_t png = 0;
@@ -21,7 +21,7 @@ struct OutputSize {
   int64_t total() const { return exr + png + jpg + mp4; }
 };
 
-/// \param first_frame  earlier frames are written already
+/// \param first_frame  earlier frames have already been written
 OutputSize EstimateOutputSize(const RenderOptions& options, int64_t first_frame);
 
 /// "writing 120 frames of 1280 x 720 pixels to out/, about 480 MB (EXR 370 MB, PNG 100 MB, video

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray render: a scene in, clean frames out.
+// stillray render: renders and denoises a scene.
 #include <memory>
 #include <string>
 #include <utility>
@@ -77,7 +77,7 @@ Status RunRender(const RenderArguments& arguments) {
   return RunFrames(*options, *scene, threads);
 }
 
-/// The built-in scenes but one.
+/// All built-in scenes except for `scene`.
 std::string OtherScenes(const std::string& scene) {
   std::vector<std::string> others;
   for (const std::string& name : BuiltinSceneNames()) {

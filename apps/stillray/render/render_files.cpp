@@ -60,14 +60,14 @@ void Describe(const RenderOptions& options, const Frame& frame, ExrImage* image)
   image->width = frame.width;
   image->height = frame.height;
   image->attributes["stillray"] = STILLRAY_VERSION;
-  // Pictures are shared: they name the scene without its folders.
+  // Images are published: the attribute has the scene's file name without folders.
   image->attributes["scene"] = FileNameOf(options.text.scene);
   image->attributes["frame"] = fmt::format("{}", frame.index);
   image->attributes["jitter"] = fmt::format("{} {}", frame.jitter_x, frame.jitter_y);
   image->attributes["focal_pixels"] = fmt::format("{}", frame.focal_pixels);
 }
 
-/// A display picture if --format has pictures or a video, and the files of its formats in memory.
+/// The display image, if required by --format, and its encoded files in memory.
 struct EncodedPicture {
   struct File {
     const char* extension;
@@ -141,7 +141,7 @@ Status WritePlainView(const RenderOptions& options, const Frame& frame, const st
   return WritePicture(options, view, frame.index, colour, written);
 }
 
-/// All files but the denoised display picture.
+/// Writes all files except for the denoised display image.
 Status WriteOtherFiles(const RenderOptions& options, const Frame& frame, const DenoisedFrame& out,
                        const Image3* reference, std::vector<std::string>* written) {
   if (options.exr && options.text.save_inputs) {
@@ -242,7 +242,7 @@ Status WriteFrameFiles(const RenderOptions& options, const Frame& frame, const D
   tbb::parallel_invoke([&] { EncodePicture(options, frame.index, out.colour, &picture); },
                        [&] { others = WriteOtherFiles(options, frame, out, reference, written); });
   STILLRAY_RETURN_IF_ERROR(others);
-  // Last, so that a denoised picture implies a complete frame.
+  // Written last, so that the denoised image indicates a complete frame.
   STILLRAY_RETURN_IF_ERROR(WriteEncoded(options, "denoised", frame.index, picture, written));
   *display = std::move(picture.display);
   return Status::Ok();

@@ -21,13 +21,14 @@ namespace stillray {
 namespace {
 
 constexpr int64_t kLastFrame = 99'999'999;
-/// Memory of frame, histories and work planes, measured and rounded up, to reject sizes that would
-/// exhaust the machine's memory.
+/// Memory of frame, histories and temporary planes in bytes, measured and rounded up, for rejecting
+/// sizes that would exhaust main memory.
 constexpr int64_t kBytesPerPixel = 800;
-/// A second frame whose files are written meanwhile: 40 planes, and the channels of its files.
+/// Memory of a second frame whose files are written concurrently: 40 planes, and the channels of
+/// its files.
 constexpr int64_t kBytesPerPixelOfSecondFrame = 300;
-/// A third frame that is traced meanwhile: all planes of a Frame with four signals, and a
-/// reference.
+/// Memory of a third frame that is traced concurrently: all planes of a Frame with four signals,
+/// and a reference.
 constexpr int64_t kBytesPerPixelOfThirdFrame = 220;
 
 template <typename T>
@@ -105,8 +106,8 @@ Status ParseFormats(const RenderArguments& arguments, RenderOptions* options) {
   return Status::Ok();
 }
 
-/// `stillray compare` measures the temporal error against a reference along motion, over surfaces
-/// that depth identifies.
+/// Adds motion and depth, by which `stillray compare` reprojects frames for the temporal error
+/// against a reference.
 void AddGuidesOfMeasures(RenderOptions* options) {
   if (options->text.reference_spp <= 0) {
     return;
@@ -125,7 +126,7 @@ Status UnknownAov(const std::string& name, const std::vector<std::string>& outpu
                                              fmt::join(known, ", "), DidYouMeanOneOf(name, known)));
 }
 
-/// Sorts the names of --aov into outputs of the denoiser and guides of the frame.
+/// Splits the names of --aov into outputs of the denoiser and guides of the frame.
 Status ParseAovs(const RenderArguments& arguments, RenderOptions* options) {
   const std::vector<std::string> known = Denoiser::OutputNames(options->denoise);
   for (const std::string& list : arguments.aovs) {
@@ -167,7 +168,7 @@ Status ParseReference(const RenderArguments& arguments, RenderOptions* options) 
   return Status::Ok();
 }
 
-/// Every setting but the size, which is checked against the machine's memory.
+/// Parses all settings except the size, which is checked against main memory.
 Status ParseTracer(const RenderArguments& arguments, const FilterOptions& filter,
                    RenderSettings* render) {
   const Result<RenderSettings> tracer = ParseTracerArguments(arguments.tracer, filter.render);
@@ -177,7 +178,7 @@ Status ParseTracer(const RenderArguments& arguments, const FilterOptions& filter
     return Status::InvalidArgument(
         fmt::format("--guides sparse is for --spp below 1, but --spp is {}", render->spp));
   }
-  // Without antialiasing in time a moving sample point would only make edges shake.
+  // Without temporal antialiasing jitter would only make edges flicker.
   render->jitter = render->jitter && filter.settings.antialias != Antialias::kOff;
   return Status::Ok();
 }
@@ -192,7 +193,7 @@ Status ParseSettings(const RenderArguments& arguments, RenderOptions* options) {
   return ParseSize(arguments.size, &options->render);
 }
 
-/// With depth of field as an effect, a pinhole is traced.
+/// Parses --post; with depth of field as an effect, frames are traced with a pinhole camera.
 Status ParsePost(const RenderArguments& arguments, RenderOptions* options) {
   const Result<PostEffects> post = ParsePostArguments(arguments.post);
   STILLRAY_RETURN_IF_ERROR(post.status());

@@ -22,7 +22,7 @@
 
 namespace stillray {
 
-/// Text as the user gave it.
+/// Unparsed option values.
 struct RenderArguments {
   std::string scene = "builtin:cornell";
   std::string folder = "out";
@@ -48,7 +48,7 @@ struct RenderArguments {
   bool resume = false;
   bool timings = false;
   std::string device = "auto";
-  std::string trace_device;  ///< empty: as `device`
+  std::string trace_device;  ///< empty: `device`
   bool verbose = false;
   std::string ray_tracing = "auto";
   std::string first_hits = "auto";
@@ -56,7 +56,7 @@ struct RenderArguments {
   std::string json_path;
 };
 
-/// Inclusive range of frame numbers. Frame 1 shows the beginning of the animation.
+/// Inclusive range of frame numbers. Frame 1 is the start of the animation.
 struct FrameRange {
   int64_t first = 1;
   int64_t last = 120;
@@ -64,16 +64,17 @@ struct FrameRange {
   bool Contains(int64_t frame) const { return frame >= first && frame <= last; }
 };
 
-/// The same, understood.
+/// Parsed and validated options.
 struct RenderOptions {
   RenderArguments text;
   FrameRange frames;
   std::vector<FrameRange> reference_frames;
   RenderSettings render;
   PostEffects post;
-  /// With PostEffects::depth_of_field: `render` with its lens, which then has none itself.
+  /// With PostEffects::depth_of_field: `render` including its lens; `render` itself then has no
+  /// lens.
   RenderSettings lens;
-  std::string preset;  ///< from which `denoise` starts
+  std::string preset;  ///< base preset of `denoise`
   Settings denoise;
   render::TracingWay tracing_way = render::TracingWay::kAuto;
   render::FirstHits first_hits = render::FirstHits::kAuto;
@@ -83,13 +84,13 @@ struct RenderOptions {
   bool png = false;
   bool jpg = false;
   bool mp4 = false;
-  std::vector<std::string> outputs;  ///< of the denoiser, by full name
-  std::vector<std::string> guides;   ///< of the frame, in the files of the denoised picture
+  std::vector<std::string> outputs;  ///< outputs of the denoiser, by full name
+  std::vector<std::string> guides;   ///< guides of the frame in the files of the denoised image
 
   bool WantsReference(int64_t frame) const;
-  /// Whether files of the denoised picture hold the guide.
+  /// Whether files of the denoised image contain the guide.
   bool WritesGuide(std::string_view name) const;
-  /// The moment that a frame shows.
+  /// Time of a frame in seconds.
   double Seconds(int64_t frame) const;
   double PreviousSeconds(int64_t frame) const;
 };
@@ -102,20 +103,21 @@ inline double SamplesPerPixel(const RenderSettings& render) {
 /// \return kInvalidArgument naming the option, its value and the expected ones
 Result<RenderOptions> ParseRenderArguments(const RenderArguments& arguments);
 
-/// Whether the machine's memory has room for `count` frames of this size: with 2, one is made while
-/// the files of another are written; with 3, a third is traced meanwhile.
+/// Whether `count` frames of this size fit into main memory: with 2, one frame is rendered while
+/// the files of another are written; with 3, a third frame is traced concurrently.
 bool FramesFit(const RenderSettings& render, int count);
 
 /// The name of a file without its folders.
 std::string FileNameOf(const std::string& path);
 
-/// Checksums of the content of files as text; empty for built-in data.
+/// Checksums of file contents as text; empty for built-in data.
 std::string SceneContent(const Scene& scene);
 std::string LensMaskContent(const RenderOptions& options, const Scene& scene);
 std::string EnvironmentContent(const RenderOptions& options, const Scene& scene);
 
-/// All settings that affect the pictures, one "name value" a line: runs with the same text produce
-/// the same bits. Scene and environment are identified by their content, not by their path.
+/// All settings that affect the images, one "name value" per line: runs with equal fingerprints
+/// produce identical images. Scene and environment are identified by their content, not by their
+/// path.
 std::string RenderFingerprint(const RenderOptions& options, const Scene& scene);
 
 }  // namespace stillray

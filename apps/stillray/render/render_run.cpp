@@ -36,7 +36,7 @@
 namespace stillray {
 namespace {
 
-/// The frames of one run and everything that lives as long as it does.
+/// The state of one run over all frames.
 class RenderRun {
  public:
   RenderRun(const RenderOptions& options, const Scene& scene, int threads)
@@ -51,7 +51,7 @@ class RenderRun {
 
   Status Run();
 
-  // The calls of FrameLoop. Frames are counted from the first of --frames.
+  // Callbacks of FrameLoop. Frame indices start at the first of --frames.
   using Picture = RenderPicture;
   Status Make(size_t at, Picture* picture);
   Status Write(Picture* picture);
@@ -80,21 +80,22 @@ class RenderRun {
   const Scene& scene_;
   int threads_;
   std::string fingerprint_;
-  std::string key_;                        ///< of the state for --resume
-  int64_t next_frame_;                     ///< all frames before it are done, their files written
-  bool complete_ = false;                  ///< an earlier run did everything
-  std::vector<UnwrittenFrame> unwritten_;  ///< of an earlier run; the first is the next to be made
+  std::string key_;        ///< key of the state for --resume
+  int64_t next_frame_;     ///< all earlier frames are finished and written
+  bool complete_ = false;  ///< an earlier run finished all frames
+  /// Unwritten frames of an earlier run, starting with the next frame.
+  std::vector<UnwrittenFrame> unwritten_;
   OutputFolderMark folder_mark_;
-  bool overlaps_;  ///< a frame is made while the last one is written
+  bool overlaps_;  ///< whether frames are rendered while the previous one is written
   FrameMaker maker_;
-  RenderPicture* made_ = nullptr;  ///< the last one
+  RenderPicture* made_ = nullptr;  ///< the last rendered frame
   std::unique_ptr<VideoWriter> video_;
   std::optional<Progress> progress_;
   RunLog log_;
-  std::vector<FinishedFile> files_;    ///< of all finished frames
-  std::vector<FinishedFile> written_;  ///< of the frame that is being written
-  size_t synced_ = 0;                  ///< how many files were flushed to the disk
-  int64_t first_written_ = 0;          ///< of this run
+  std::vector<FinishedFile> files_;    ///< files of all finished frames
+  std::vector<FinishedFile> written_;  ///< files of the frame that is being written
+  size_t synced_ = 0;                  ///< number of files flushed to disk
+  int64_t first_written_ = 0;          ///< first frame written by this run
   int64_t written_bytes_ = 0;
   Clock::time_point start_;
   int64_t non_finite_ = 0;
@@ -116,7 +117,7 @@ Status RenderRun::Prepare() {
   if (devices->differ()) {
     fingerprint_ += fmt::format("traced on {}\n", devices->tracer.description());
   }
-  // Errors of the settings are found before anything is written.
+  // Settings are validated before anything is written.
   const bool ahead = threads_ > 1 && FramesFit(options_.render, 3);
   STILLRAY_RETURN_IF_ERROR(maker_.Prepare(*devices, ahead));
   const std::string& folder = options_.text.folder;
@@ -172,7 +173,7 @@ Status RenderRun::Resume() {
     PrintTo(stderr, "note: starting again with frame {}: {}\n", next_frame_, changed);
     return Status::Ok();
   }
-  // A video that could not be finished is made again; one that there never was is not.
+  // An unfinished video is encoded again; a video that never existed is not.
   const bool lacks_video = options_.mp4 && !std::filesystem::exists(VideoPath());
   complete_ = state->last_frame >= options_.frames.last && (state->history.empty() || !lacks_video);
   if (complete_) {
@@ -208,7 +209,7 @@ Status RenderRun::Resume() {
   return Status::Ok();
 }
 
-/// Encodes the frames that an earlier run finished, from their pictures.
+/// Encodes the finished frames of an earlier run from their image files.
 Status RenderRun::FeedVideoAgain() {
   const std::string pattern = ViewPattern(options_.text.folder, "denoised", "png");
   for (int64_t frame = options_.frames.first; frame < next_frame_; ++frame) {
@@ -222,7 +223,7 @@ Status RenderRun::FeedVideoAgain() {
 }
 
 Status RenderRun::Make(size_t at, Picture* picture) {
-  // The files of the last frame need no images of the device any more: this one may have them.
+  // The files of the last frame no longer need its device images: this frame may reuse them.
   if (made_ != nullptr) {
     picture->traced.frame.on_device = std::move(made_->traced.frame.on_device);
   }
@@ -255,7 +256,7 @@ Status RenderRun::Write(Picture* picture) {
   return video_ ? video_->Write(display) : Status::Ok();
 }
 
-/// Pixels that are not finite are left out; pictures without others are not measured.
+/// Measures the quality over finite pixels; images without finite pixels are skipped.
 void RenderRun::MeasureQuality(const Picture& picture) {
   const Result<double> clean = MeasurePsnr(picture.denoised.colour, picture.traced.reference);
   if (clean.ok()) {
@@ -317,7 +318,7 @@ Status RenderRun::SaveState(ResumeState state) {
   return SaveResumeState(options_.text.folder, state, &synced_);
 }
 
-/// With the frames that earlier runs of the same settings left in the folder.
+/// Writes the log, including frames of earlier runs with equal settings in the folder.
 Status RenderRun::WriteLog() const {
   const std::string path = (std::filesystem::path(options_.text.folder) / "render.json").string();
   RunLog all = log_;

@@ -11,8 +11,8 @@ namespace stillray {
 
 /// Renders all frames of the options.
 /// \param scene    the loaded scene
-/// \param threads  of the run, at least 1
-/// \return kCancelled if the user stopped it: finished frames and the history are kept
+/// \param threads  number of threads, at least 1
+/// \return kCancelled if stopped by the user: finished frames and the history are kept
 Status RunFrames(const RenderOptions& options, const Scene& scene, int threads);
 
 }  // namespace stillray

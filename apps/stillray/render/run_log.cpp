@@ -30,7 +30,7 @@ Json FrameJson(const FrameLog& frame) {
           {"stages_ms", StagesJson(frame.stages)}};
 }
 
-/// A setting as the type that it has.
+/// A setting as a JSON value of its type.
 Json SettingJson(const RenderSettings& render, const Parameter& p) {
   const std::string value = GetRenderParameter(render, p.name).value();
   switch (p.type) {
@@ -46,7 +46,7 @@ Json SettingJson(const RenderSettings& render, const Parameter& p) {
   }
 }
 
-/// Everything but the denoiser's parameters that changes the pictures of a frame.
+/// All settings that affect the images of a frame, except the denoiser's parameters.
 Json PictureSettings(const RenderOptions& options, const RunLog& log) {
   const RenderArguments& a = options.text;
   Json json = {{"scene", FileNameOf(a.scene)},
@@ -73,7 +73,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
                {"exposure", options.denoise.exposure},
                {"tonemap", GetParameter(options.denoise, "tonemap").value()}};
   if (a.still) {
-    // The moment that all frames show.
+    // The common moment of all frames.
     json["first_frame"] = options.frames.first;
   }
   for (const Parameter& p : RenderParameters()) {
@@ -86,7 +86,7 @@ Json PictureSettings(const RenderOptions& options, const RunLog& log) {
   return json;
 }
 
-/// Frames of runs by earlier versions do not have this time.
+/// The row of write times, which logs of earlier versions lack.
 std::string WriteRow(const RunLog& log) {
   std::vector<double> values;
   for (const FrameLog& frame : log.frames) {
@@ -131,7 +131,7 @@ std::vector<FrameLog> FramesOfEarlierRun(const std::string& text, const RenderOp
     return {};
   }
   const Json was = Json::parse(text);
-  // Converted to text and back, as the log of the earlier run was: both then have the same types.
+  // Converted to text and back like the log of the earlier run, so that both have equal JSON types.
   Json is = Json::parse(JsonText(PictureSettings(options, log)));
   is["parameters"] = Json::parse(JsonText(ParametersJson(options.denoise)));
   for (const auto& [key, value] : is.items()) {

@@ -31,7 +31,7 @@ struct ReportArguments {
   ReportOptions options;
 };
 
-/// Develops display pictures like the renderer.
+/// Tone maps radiance to display images like the renderer.
 Result<Rgb8Image> Develop(const Image3& radiance, const std::string& tonemap, double exposure) {
   Settings settings;
   if (!tonemap.empty()) {
@@ -72,7 +72,7 @@ Status CheckSource(const ReportArguments& a) {
     return Status::InvalidArgument(
         "--exposure and --tonemap go with --clean; a folder has them in its render.json");
   }
-  // Written so that NaN fails too.
+  // Negated comparison, so that NaN fails.
   if (!(a.max_megabytes >= kMinMegabytes && a.max_megabytes <= kMaxMegabytes)) {
     return Status::InvalidArgument(fmt::format("--max-size is {}, expected {} to {} MB",
                                                a.max_megabytes, kMinMegabytes, kMaxMegabytes));
@@ -84,7 +84,7 @@ Status CheckSource(const ReportArguments& a) {
   return Status::Ok();
 }
 
-/// Exposure and curve with the defaults of `stillray render`.
+/// Sets exposure and tone curve, with the defaults of `stillray render`.
 Status SetSequenceDisplay(const ReportArguments& arguments, ReportSequences* sequences) {
   Result<Settings> settings = PresetSettings("default");
   STILLRAY_RETURN_IF_ERROR(settings.status());
@@ -96,7 +96,7 @@ Status SetSequenceDisplay(const ReportArguments& arguments, ReportSequences* seq
   return Status::Ok();
 }
 
-/// The default path of the page: beside the pictures.
+/// The default path of the page, in the folder of the images.
 std::string DefaultOutput(const ReportArguments& arguments) {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -33,7 +33,7 @@ Json MembersJson(const std::vector<PackMember>& members) {
   return list;
 }
 
-/// The value of a constant or member with these 32 bits.
+/// Converts the 32 bits of a constant or member to a value of its type.
 Json ValueJson(const std::string& type, uint32_t bits) {
   if (type == "bool") {
     return bits != 0;
@@ -113,7 +113,7 @@ std::string Hex(const std::vector<std::byte>& bytes) {
   return text;
 }
 
-/// Values of members in bytes that begin with the block; those beyond the bytes are left out.
+/// The values of members in the bytes of a block; members beyond the bytes are omitted.
 Json ValuesJson(const std::vector<PackMember>& members, const std::vector<std::byte>& bytes) {
   Json values = Json::object();
   for (const PackMember& m : members) {

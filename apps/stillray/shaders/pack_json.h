@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// shaders.json and frames.json of a pack of shaders: see docs/gpu.md.
+/// shaders.json and frames.json of a shader pack, see docs/gpu.md.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -12,7 +12,7 @@ namespace stillray {
 
 nlohmann::ordered_json TableJson(const ShaderTable& table);
 
-/// \param settings  as text, to reproduce the pack
+/// \param settings  settings as text, to reproduce the pack
 nlohmann::ordered_json ScheduleJson(const FrameSchedule& schedule, const ScheduleOptions& options,
                                     const ShaderTable& table, const std::string& preset);
 

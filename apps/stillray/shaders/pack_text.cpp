@@ -13,7 +13,7 @@
 namespace stillray {
 namespace {
 
-/// Beside kHowTo: see FillGuidesPass.
+/// Supplement to kHowTo, see FillGuidesPass.
 constexpr const char* kHowToFill = R"(
 Unknown guides: `ghost_stamp` is the number of the frame in the sequence, from 1 on. `shift_x` and `shift_y` are the
 fractions of 0.7548776662466927 and 0.5698402909980532 times the index modulo 65536. `has_held` is 0 in the first frame.
@@ -65,7 +65,7 @@ std::string ResourcesText(const FrameSchedule& schedule) {
   return text;
 }
 
-/// The resources that a dispatch uses.
+/// The resources used by a dispatch.
 std::string UsesText(const ScheduleCommand& c, const FrameSchedule& schedule,
                      const ShaderTable& table) {
   const auto shader = std::ranges::find(table.shaders, c.shader, &PackedShader::name);
@@ -76,7 +76,8 @@ std::string UsesText(const ScheduleCommand& c, const FrameSchedule& schedule,
     });
     const auto image = std::ranges::find(schedule.images, bound->resource, &ScheduleImage::name);
     const bool stands_for_none = image != schedule.images.end() && image->role == "placeholder";
-    if (!stands_for_none && !bound->resource.ends_with("parameters")) {  // which all read
+    // All dispatches use the parameters.
+    if (!stands_for_none && !bound->resource.ends_with("parameters")) {
       const char* arrow = use.writes && use.reads ? "<-> " : use.writes ? "-> " : "";
       uses.push_back(arrow + bound->resource);
     }

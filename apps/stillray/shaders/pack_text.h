@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// README.md of a pack of shaders: the content of its JSON files as text.
+/// README.md of a shader pack: the content of its JSON files as text.
 #pragma once
 
 #include <string>

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray shaders: the compute shaders of the denoiser as a pack for engines.
+// stillray shaders: exports the compute shaders of the denoiser as a pack for engines.
 #include <charconv>
 #include <filesystem>
 #include <memory>
@@ -50,7 +50,7 @@ struct ShadersArguments {
   uint32_t shared_memory = 32768;
 };
 
-/// Vulkan devices have images of this many pixels a side.
+/// Maximum image size that Vulkan devices commonly support.
 constexpr int kMostPixels = 16384;
 
 Status ParseSize(const std::string& text, ScheduleOptions* options) {
@@ -68,7 +68,7 @@ Status ParseSize(const std::string& text, ScheduleOptions* options) {
       "--size is '{}', expected WIDTHxHEIGHT with 1 to {} pixels a side", text, kMostPixels));
 }
 
-/// Written so that NaN fails too.
+/// Checks ranges by negated comparisons, so that NaN fails.
 Status CheckNumbers(const ShadersArguments& a, const Settings& settings) {
   if (!(a.samples_per_pixel > 0 && a.samples_per_pixel <= 65536)) {
     return Status::InvalidArgument(

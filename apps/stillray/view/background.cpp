@@ -19,8 +19,8 @@ void LowerPriority() {
 #ifdef __linux__
   // On Linux each thread has its own nice value, and a new thread inherits it: pool threads created
   // by a thread with a raised value start with it. The value is therefore set, not added. Ten steps
-  // above the program's: such a thread gets a ninth of the time of an interface thread when both
-  // compete for a processor, and all of it otherwise.
+  // above the program's value: the thread gets a ninth of an interface thread's time if both
+  // compete for a processor, and the full processor otherwise.
   constexpr int kSteps = 10;
   constexpr int kLast = 19;
   static const int kLowered = std::min(getpriority(PRIO_PROCESS, 0) + kSteps, kLast);

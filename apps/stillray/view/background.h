@@ -8,10 +8,9 @@
 
 namespace stillray::view {
 
-/// During its lifetime, the constructing thread runs at a lower priority than the rest of the
-/// program, and so do, from then on, the pool threads that help it: the interface and the threads
-/// of its OpenGL driver get a processor as soon as they need one. Does nothing on systems without
-/// thread priorities.
+/// During its lifetime, the constructing thread and, from then on, the pool threads that help it
+/// run at a lower priority than all other threads, so that the interface and its OpenGL driver are
+/// scheduled immediately. No effect on systems without thread priorities.
 class BackgroundWork {
  public:
   BackgroundWork();

@@ -18,7 +18,7 @@ void CopyAccumulation(const Settings& from, Settings* to) {
   to->variance_of = from.variance_of;
 }
 
-/// The part of equal weights that needs no other planes.
+/// Sets the parameters of equal weights that do not change the history's planes.
 void SetEqualWeights(Settings* settings) {
   settings->history_weight = HistoryWeight::kAge;
   settings->alpha_min = 0;

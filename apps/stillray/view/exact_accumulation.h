@@ -8,18 +8,18 @@
 
 namespace stillray::view {
 
-/// Whether all samples have equal weight forever: history_weight=age, alpha_min=0, alpha_moments=0,
-/// max_history=0, limit_history=off, feedback=0, variance_of=mean.
+/// Whether all samples have equal weight without limit: history_weight=age, alpha_min=0,
+/// alpha_moments=0, max_history=0, limit_history=off, feedback=0, variance_of=mean.
 bool AccumulatesExactly(const Settings& settings);
 
-/// Sets these, or restores their values in `preset`. Moving light leaves trails while it is on.
+/// Sets the parameters of AccumulatesExactly, or restores their values in `preset`. Changing light
+/// leaves trails in this mode.
 void SetExactAccumulation(bool on, const Settings& preset, Settings* settings);
 
-/// Settings that give all samples equal weight as SetExactAccumulation does, and keep the history:
-/// limit_gain=0 and correct_history=off in place of limit_history=off. Blended feedback has a
-/// history of its own: with one signal the picture on the screen becomes the new history
-/// (ViewSession::CanSeed), with several the settings are returned unchanged. Only for frames in
-/// which nothing moves.
+/// Like SetExactAccumulation, gives all samples equal weight, but keeps the history: limit_gain=0
+/// and correct_history=off instead of limit_history=off. Blended feedback has a separate history:
+/// with one signal the displayed image becomes the new history (ViewSession::CanSeed), with several
+/// signals the settings are returned unchanged. Only for static frames.
 Settings WithEqualWeights(const Settings& settings);
 
 }  // namespace stillray::view

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The viewer without a window: writes its pictures to files.
+/// The viewer without a window: writes its images to files.
 #pragma once
 
 #include "stillray/status.h"
@@ -9,8 +9,8 @@
 
 namespace stillray::view {
 
-/// Renders the frames one by one, writes each to FOLDER/view.####.png (none without a folder), and
-/// prints its time. The same options give the same pictures.
+/// Renders the frames in order, writes each to FOLDER/view.####.png (unless there is no folder),
+/// and prints its time. Deterministic: equal options give equal images.
 /// \return kCancelled after Ctrl-C
 Status RunHeadless(const ViewOptions& options);
 

@@ -35,12 +35,12 @@ Frame SeedFrame(const Frame& guides, const Image3& picture, float samples, bool 
   seed.signals.resize(1);
   Image3& light = seed.signals[0].radiance;
   light = Image3(seed.width, seed.height);
-  // The filter holds the guides of a frame for later ones only if the frame itself has unknown
-  // guides: one pixel in the corner, which is filled from its neighbours.
+  // The filter keeps the guides of a frame for later frames only if the frame has missing guides:
+  // one corner pixel, which is filled from its neighbours, is marked missing.
   if (keeps_guides) {
     seed.guides.depth(0, 0) = 0;
   }
-  // Zero motion: the picture is its own previous frame.
+  // Zero motion: the image equals its previous frame.
   seed.guides.motion = Image2(seed.width, seed.height);
   ParallelRows(seed.height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {

@@ -14,10 +14,10 @@ namespace {
 
 constexpr float kOpaque = 0.5f;
 
-/// Pixels of one row, and the rays that still look for their surfaces.
+/// Pixels of one row, and their rays without a hit so far.
 struct RowPart {
   int y = 0;
-  int x[render::kBatchCapacity];  ///< of each ray
+  int x[render::kBatchCapacity];  ///< x coordinate of each ray's pixel
   render::RayBatch rays;
   render::HitBatch hits;
 };
@@ -31,7 +31,7 @@ void Store(const render::SceneState& state, const render::Hit& hit, int x, int y
   views->material(x, y) = static_cast<uint32_t>(state.instance(hit.instance).material_index) + 1;
 }
 
-/// Until no ray is left.
+/// Traces the rays until all have ended.
 void FindSurfaces(const render::SceneState& state, const render::Accel& accel, RowPart* part,
                   HitViews* views) {
   for (int pass = 0; pass < render::kMaxPasses && part->rays.count > 0; ++pass) {
@@ -47,7 +47,7 @@ void FindSurfaces(const render::SceneState& state, const render::Accel& accel, R
         continue;
       }
       const vec3 direction = part->rays.Direction(i);
-      part->x[part->rays.count] = part->x[i];  // never ahead of the ray that is read
+      part->x[part->rays.count] = part->x[i];  // in place: never overtakes the ray being read
       part->rays.Push(render::OriginBehind(state, hit, direction), direction, render::kInfinity);
     }
   }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Views of what each pixel's camera ray hits: the triangle, the point on it, the material. No
-/// frame has these planes: rays of their own find them, on the CPU.
+/// Views of the primary hit of each pixel: triangle, barycentric coordinates, material. These
+/// planes are not part of a frame: separate rays compute them, on the CPU.
 #pragma once
 
 #include <memory>
@@ -17,22 +17,22 @@
 
 namespace stillray::view {
 
-/// Of the first surface that is at least half opaque, seen through a pinhole at the pixel's centre,
-/// offset by the frame's jitter. Where there is none all are 0.
+/// The first surface with an opacity of at least 1/2 along the pinhole primary ray through the
+/// pixel centre plus the frame's jitter. All values are 0 without a surface.
 struct HitViews {
-  Image3 barycentrics;       ///< weights of the triangle's corners, in the order of its indices
-  Plane<uint32_t> triangle;  ///< index in the mesh, plus one
-  Plane<uint32_t> material;  ///< index in Scene::materials, plus one
+  Image3 barycentrics;       ///< barycentric weights of the vertices, in the order of the indices
+  Plane<uint32_t> triangle;  ///< index in the mesh plus one
+  Plane<uint32_t> material;  ///< index in Scene::materials plus one
 };
 
-/// A scene with a BVH of its own.
+/// A scene with a separate BVH.
 class HitFinder {
  public:
   /// \param scene  valid; must outlive the result
   /// \return kOutOfMemory
   static Result<std::unique_ptr<HitFinder>> Create(const Scene& scene);
-  /// \param moment  of the frame, with its pose
-  /// \param frame   its size and jitter
+  /// \param moment  moment of the frame, with its camera pose
+  /// \param frame   frame with size and jitter
   /// \return kOutOfMemory
   Result<HitViews> Find(const RenderMoment& moment, const Frame& frame);
 

@@ -45,7 +45,7 @@ void LiveMetrics::Forget() {
 
 void LiveMetrics::Run() {
   const BackgroundWork background;
-  // One thread only: frames have priority.
+  // A single thread, since frames have priority.
   tbb::task_arena arena(1);
   while (true) {
     Job job;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Measures pictures against the reference on a separate thread, as often as it can.
+/// Computes image metrics against the reference on a separate thread, at the highest possible rate.
 #pragma once
 
 #include <condition_variable>
@@ -19,10 +19,10 @@ class LiveMetrics {
   LiveMetrics();
   ~LiveMetrics();
 
-  /// Copies the pictures and measures them, unless the previous ones are still being measured.
+  /// Copies the images and measures them, unless an earlier measurement is still running.
   void Offer(const Image3& denoised, const Image3& noisy, const Image3& reference,
              int reference_spp);
-  /// The last result; none between Forget() and the next one.
+  /// The latest result; none after Forget() until the next measurement.
   std::optional<LiveMeasures> latest() const;
   /// Discards results and running measurements, because the view has changed.
   void Forget();
@@ -44,7 +44,7 @@ class LiveMetrics {
   bool stop_ = false;
   uint64_t epoch_ = 0;
   std::optional<LiveMeasures> latest_;
-  std::thread thread_;  // last, since it uses the members above
+  std::thread thread_;  // last member, since it uses the members above
 };
 
 }  // namespace stillray::view

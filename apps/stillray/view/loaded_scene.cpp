@@ -20,8 +20,8 @@ namespace {
 
 constexpr int kSmallestSide = 16;
 constexpr int kLargestSide = 8192;
-/// Short, since the window draws on the same device, and a frame that user input makes obsolete is
-/// cancelled between two submissions.
+/// Duration of submissions: short, since the window uses the same device, and obsolete frames are
+/// cancelled between submissions.
 constexpr double kSubmissionMs = 30;
 
 std::string FileName(const std::string& path) {
@@ -52,7 +52,7 @@ class Phases {
   Status At(const std::string& what, double fraction) {
     return Tell({what, step_ - 1, steps_, fraction});
   }
-  /// For work on several threads: calls of the report are serialised.
+  /// Callback for multithreaded work: serialises the calls of the report.
   KeepGoing KeepGoingWith(const std::string& what) {
     return [this, what] {
       constexpr std::chrono::milliseconds kInterval(20);
@@ -79,8 +79,8 @@ class Phases {
   bool goes_on_ = true;
 };
 
-/// Reads a file into the page cache, so that a slow disk shows in the progress and can be
-/// cancelled. The importer reports errors.
+/// Reads a file into the page cache, so that reading from a slow disk has a progress and can be
+/// cancelled. Errors are reported by the importer.
 Status Fetch(const std::string& path, Phases* phases) {
   std::error_code error;
   const auto bytes = static_cast<double>(std::filesystem::file_size(path, error));

@@ -17,12 +17,12 @@ namespace stillray::view {
 
 struct SceneRequest {
   std::string scene;        ///< path of a .gltf, .glb or .obj file, or "builtin:NAME"
-  std::string environment;  ///< path of an .hdr or .exr file; empty: the scene's own
+  std::string environment;  ///< path of an .hdr or .exr file; empty: the environment of the scene
 };
 
 struct LoadedScene {
   SceneRequest request;
-  std::unique_ptr<Scene> scene;  ///< at a fixed address: the renderer refers to it
+  std::unique_ptr<Scene> scene;  ///< at a fixed address, since the renderer references it
   std::unique_ptr<DeviceRenderer> renderer;
 };
 
@@ -31,20 +31,20 @@ struct LoadPhase {
   std::string what;      ///< "building the BVH of 1442338 triangles"
   int step = 0;          ///< of `steps`, from 0
   int steps = 1;         ///< constant over all phases of a scene
-  double fraction = -1;  ///< of this step, 0..1; below 0: unknown
+  double fraction = -1;  ///< progress of this step, 0..1; below 0: unknown
 };
 
 /// Called at the beginning of every phase, and within phases with known progress.
 /// \return false to cancel loading
 using LoadReport = std::function<bool(const LoadPhase& phase)>;
 
-/// \param device  traces the scene; the CPU if it cannot
+/// \param device  device that traces the scene; falls back to the CPU
 /// \return errors of LoadScene, ReadImage and Renderer::Create; kInvalidArgument for an environment
-///     that is not radiance; kCancelled
+///     that does not contain radiance; kCancelled
 Result<LoadedScene> LoadForView(const SceneRequest& request, const ViewSettings& settings,
                                 const LoadReport& report, const Device& device = Device());
 
-/// Size of the picture for an area of the screen, each side at least 16.
+/// Image size for an area of the screen, each side at least 16 pixels.
 void PictureSize(const ViewSettings& settings, float scale, int* width, int* height);
 RenderSettings RenderSettingsFor(const ViewSettings& settings, const SampleRate& rate, float scale);
 }  // namespace stillray::view

@@ -14,7 +14,7 @@ namespace {
 
 constexpr float kSlow = 0.05f;   // pixels per frame
 constexpr float kHead = 5;       // pixels
-constexpr int kThickFrom = 400;  // pictures from this height on have lines two pixels wide
+constexpr int kThickFrom = 400;  // images of at least this height have lines two pixels wide
 constexpr Rgb8 kArrow = {255, 225, 70};
 constexpr Rgb8 kStill = {150, 160, 170};
 

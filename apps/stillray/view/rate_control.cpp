@@ -9,15 +9,15 @@
 namespace stillray::view {
 namespace {
 
-/// The deadband of the sample rate: a frame may be late by a tenth before the rate falls, and twice
-/// the samples must fit with a tenth to spare before it rises.
+/// Deadband of the sample rate: the rate is reduced if frames are more than 10% late, and raised if
+/// twice the samples would fit with a margin of 10%.
 constexpr double kLate = 1.1;
 constexpr double kSpare = 0.9;
 constexpr int kFramesToFall = 2;
-/// fraction of a frame's time: fewer samples would hardly save time
+/// fraction of the frame time below which fewer samples save little time
 constexpr double kSmallShare = 0.2;
 constexpr int kFramesToJudge = 3;
-/// a fall is useless if paths take at least this fraction of their former time
+/// a reduction is useless if paths take at least this fraction of their former time
 constexpr double kUseless = 0.8;
 constexpr int kFramesToHold = 90;
 constexpr double kFarTooLate = 1.6;  // a single such frame is enough
@@ -27,15 +27,15 @@ constexpr double kSpareToGrow = 0.75;
 constexpr int kTrial = 90;
 constexpr int kLongestPatience = 1500;
 constexpr int kLastPart = static_cast<int>(std::size(RateControl::kParts)) - 1;
-/// With fewer samples than these the chosen filter, designed for one per pixel, is not worth its
-/// time.
+/// At lower sample rates the chosen filter, designed for one sample per pixel, is not worth its
+/// cost.
 constexpr int kLongestCycleOfChosen = 16;
 constexpr SampleRate kFirstFastRate = {1, 64};
-/// A frame that refines may take this multiple of the target. It is cancelled as soon as anything
-/// moves; the limit bounds the wait for the next picture.
+/// Maximum time of a refining frame, as a multiple of the target. Motion cancels the frame; the
+/// limit bounds the time to the next image.
 constexpr double kRefineTargets = 20;
-/// Tracing in a view that refines may take as long as the filter, at the price of at most half the
-/// picture rate. The gap between both limits is the deadband.
+/// In a refining view tracing may take as long as the filter, which at most halves the frame rate.
+/// The gap between both limits is the deadband.
 constexpr double kShareToRise = 0.8;
 constexpr double kShareToFall = 1.2;
 
@@ -88,7 +88,7 @@ FramePlan RateControl::Next(const RateChoice& choice, bool moves, bool attended)
   return plan_;
 }
 
-/// Selects filter, resolution and rate by the cost of the last frame that refined.
+/// Selects filter, resolution and rate by the cost of the last refining frame.
 void RateControl::BeginToMove() {
   Changed();
   paths_before_fall_ = 0;
@@ -125,8 +125,8 @@ void RateControl::Observe(const FrameCost& cost) {
   }
 }
 
-/// The highest rate, at most that of `now`, at which a picture of `area` times as many pixels takes
-/// `limit_ms`; the lowest allowed one, and false, if there is none.
+/// The highest rate, at most the rate of `now`, at which an image of `area` times as many pixels
+/// takes at most `limit_ms`; false, and the lowest allowed rate, if there is none.
 bool RateControl::HighestRate(const Measured& now, double area, double limit_ms, int longest_cycle,
                               SampleRate* fitting) const {
   *fitting = now.rate;
@@ -137,7 +137,7 @@ bool RateControl::HighestRate(const Measured& now, double area, double limit_ms,
   return now.total_at(*fitting) * area <= limit_ms;
 }
 
-/// Whether a view that refines should use this rate, which is above that of `now`.
+/// Whether a refining view should use this rate, which is above the rate of `now`.
 bool RateControl::IsWorthIt(const Measured& now, const SampleRate& rate) const {
   const double total = now.total_at(rate);
   const double traced = now.cost.overlapped ? now.trace_at(rate) : total - now.cost.filter_ms;
@@ -162,14 +162,14 @@ void RateControl::ObserveStill(const Measured& now) {
     still_rate_ = IsTooLong(now) ? Halved(now.rate) : now.rate;
     return;
   }
-  // Below one sample per pixel all steps at once: the first picture matters.
+  // Below one sample per pixel all steps are taken at once, since the first image matters.
   while (higher.value() < 1 && IsWorthIt(now, Doubled(higher))) {
     higher = Doubled(higher);
   }
   still_rate_ = higher;
 }
 
-/// Resets costs measured at another rate, size or filter.
+/// Resets costs that were measured with another rate, size or filter.
 void RateControl::Changed() {
   over_ = under_ = roomy_ = quick_ = cramped_ = 0;
   least_ = {};
@@ -227,7 +227,7 @@ bool RateControl::LowerRate(const Measured& now) {
   const bool judging = paths_before_fall_ > 0;
   if (!choice_.auto_rate || judging || hold_ > 0 ||
       now.cost.paths_ms() < kSmallShare * now.cost.total()) {
-    return false;  // fewer samples would not make a faster picture
+    return false;  // fewer samples would not reduce the frame time
   }
   SampleRate lower;
   const bool fits = HighestRate(now, 1, choice_.target_ms, LongestCycle(), &lower);
@@ -241,7 +241,8 @@ bool RateControl::LowerRate(const Measured& now) {
   return true;
 }
 
-/// Whether the time of the chosen filter limits the resolution, and the faster filter might not.
+/// Whether the resolution is limited by the time of the chosen filter, and the faster filter might
+/// help.
 bool RateControl::IsCramped(const Measured& now) const {
   SampleRate rate;
   return !fast_ && part_ > 0 && MayUseFastFilter() &&
@@ -256,7 +257,7 @@ void RateControl::UseFastFilter() {
   Changed();
 }
 
-/// Measures how much longer the chosen filter takes, on the first frame after the switch.
+/// Measures the time ratio of both filters, on the first frame after the switch.
 void RateControl::LearnFilterRatio(const Measured& now) {
   if (fast_ && chosen_floor_ms_ > 0 && now.floor_ms() > 0) {
     filter_ratio_ = std::max(chosen_floor_ms_ * AreaOf(part_, 0) / now.floor_ms(), 1.0);
@@ -288,7 +289,7 @@ void RateControl::Shrink(const Measured& now) {
   } while (!HighestRate(now, AreaOf(part_, part), choice_.target_ms, kMaxCycle, &rate) &&
            part_ < kLastPart);
   rate_ = rate;
-  paths_before_fall_ = 0;  // smaller pictures are always traced faster
+  paths_before_fall_ = 0;  // smaller images are always traced faster
   grow_.TakenBack();
   Changed();
 }

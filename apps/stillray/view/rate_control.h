@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Plans the next frame: samples, resolution and filter follow the measured frame times, and
-/// whether anything moves. No clock: the same calls give the same plans.
+/// Plans the next frame: adapts samples, resolution and filter to measured frame times and to
+/// motion. Does not read a clock: equal calls give equal plans.
 #pragma once
 
 #include <algorithm>
@@ -11,13 +11,13 @@
 
 namespace stillray::view {
 
-/// The cost of a frame.
+/// Measured cost of a frame.
 struct FrameCost {
   double trace_ms = 0;
-  double filter_ms = 0;  ///< part that depends only on the size of the picture
+  double filter_ms = 0;  ///< part that depends only on the image size
   /// part of trace_ms that does not depend on the samples: guides of all pixels
   double fixed_ms = 0;
-  /// The frame was traced while the last one was filtered: the slower of both takes the time.
+  /// The frame was traced while the previous one was filtered: the maximum of both times counts.
   bool overlapped = false;
   double total() const { return overlapped ? std::max(trace_ms, filter_ms) : trace_ms + filter_ms; }
   /// Part of trace_ms that is proportional to the samples.
@@ -26,9 +26,9 @@ struct FrameCost {
 
 /// The user's settings, and the allowed deviations from them.
 struct RateChoice {
-  SampleRate rate{1, 16};   ///< of every frame, unless `auto_rate`
+  SampleRate rate{1, 16};   ///< rate of all frames, unless `auto_rate`
   bool auto_rate = true;    ///< samples follow the frame time
-  float scale = 1;          ///< largest fraction of the window's width and height, in (0, 1]
+  float scale = 1;          ///< maximum fraction of the window's width and height, in (0, 1]
   bool auto_scale = true;   ///< the resolution follows the frame time
   bool fast_filter = true;  ///< the faster filter may replace the chosen one
   double target_ms = 50;    ///< target time of a frame while something moves, > 0
@@ -36,24 +36,25 @@ struct RateChoice {
 
 struct FramePlan {
   SampleRate rate;
-  float scale = 1;           ///< of the window's width and height
+  float scale = 1;           ///< fraction of the window's width and height
   bool fast_filter = false;  ///< use the faster filter, with guides only where a path is traced
-  bool refines = false;      ///< nothing moves: the frame may take longer than the target
-  bool still = false;        ///< nothing has moved for kFramesToRefine frames
+  bool refines = false;      ///< static view: the frame may take longer than the target
+  bool still = false;        ///< the view has been static for kFramesToRefine frames
   bool operator==(const FramePlan&) const = default;
 };
 
-/// While something moves, frames should take no longer than the target: samples fall first; if 1/16
-/// per pixel is not enough, the faster filter replaces the chosen one; if even that is too slow, or
-/// not allowed, the resolution falls. Once nothing has moved for kFramesToRefine frames, frames
-/// have the full resolution, the chosen filter and a sample per pixel, or more if the filter takes
-/// longer than that: the picture refines.
+/// During motion, frames should not exceed the target time: the sample rate is reduced first; if
+/// 1/16 sample per pixel is still too slow, the faster filter replaces the chosen filter; if that
+/// is too slow or not allowed, the resolution is reduced. After kFramesToRefine static frames the
+/// image is refined: full resolution, the chosen filter, and one sample per pixel, or more if the
+/// filter takes longer than tracing.
 ///
-/// Samples fall after two frames in a row that are a tenth late, at once after one that is far too
-/// late, and rise after four in which twice as many would have fitted. The resolution falls after
-/// four late frames that no rate would have saved (two that are far too late), and rises again
-/// after 15 frames in which the larger picture would have fitted with a margin, if necessary with
-/// fewer samples. Changes that are soon reverted are retried less and less often (hysteresis).
+/// The sample rate is reduced after two consecutive frames that are 10% late, immediately after a
+/// frame that is far too late, and raised after four frames in which twice the samples would have
+/// fitted. The resolution is reduced after four late frames that no rate would have saved (two if
+/// far too late), and raised after 15 frames in which the larger image would have fitted with a
+/// margin, if necessary with fewer samples. Changes that are soon reverted are retried at growing
+/// intervals (hysteresis).
 class RateControl {
  public:
   /// Fractions of the chosen width and height, coarse enough that each change is worthwhile.
@@ -61,22 +62,23 @@ class RateControl {
   static constexpr int kFramesToRefine = 4;
 
   RateControl() = default;
-  /// \param rate  of the first frames, which have the full resolution; by default they are small
+  /// \param rate  rate of the first frames, which then have the full resolution instead of a small
+  ///     one
   explicit RateControl(const SampleRate& rate) : rate_(rate), part_(0) {}
 
-  /// \param moves     whether the view or the scene has changed since the last frame
-  /// \param attended  whether the user has changed a setting since the last frame, and waits for
-  ///     its effect
+  /// \param moves     whether view or scene have changed since the last frame
+  /// \param attended  whether the user has changed a setting since the last frame and waits for the
+  ///     effect
   FramePlan Next(const RateChoice& choice, bool moves, bool attended);
   /// Records the cost of the frame of the last plan.
   void Observe(const FrameCost& cost);
 
  private:
-  /// Limits how often something is tried: less often each time it had to be reverted soon.
+  /// Exponential back-off: limits how often a change is tried after it had to be reverted.
   struct Patience {
     int least;           ///< frames
-    int frames = least;  ///< required number of good ones in a row
-    int since = -1;      ///< frames since the last try; -1: it has succeeded
+    int frames = least;  ///< required number of consecutive good frames
+    int since = -1;      ///< frames since the last try; -1: the try has succeeded
     void Try() { since = 0; }
     void Age();
     void TakenBack();
@@ -123,31 +125,32 @@ class RateControl {
 
   RateChoice choice_;
   FramePlan plan_;
-  bool still_ = false;  ///< the last plan was for a view that refines
-  int unmoved_ = 0;     ///< frames since something moved
+  bool still_ = false;  ///< the last plan was for a refining view
+  int unmoved_ = 0;     ///< frames since the last motion
   SampleRate still_rate_{1, 4};
-  Measured still_cost_;  ///< of the last frame that refined; 0 ms: none
+  Measured still_cost_;  ///< cost of the last refining frame; 0 ms: none
 
-  // While something moves.
+  // State during motion.
   SampleRate rate_{1, 16};
-  int part_ = 2;  ///< index into kParts; the first pictures are small, to appear at once
+  int part_ = 2;  ///< index into kParts; the first images are small, to appear immediately
   bool fast_ = false;
-  double chosen_floor_ms_ = 0;  ///< of the chosen filter at full size, when it was replaced
-  double filter_ratio_ = 0;     ///< of that to the faster one's; 0: unknown
-  int over_ = 0;                ///< frames in a row that took too long
-  FrameCost least_;             ///< the cheapest of these
-  int under_ = 0;               ///< frames in a row that would have fitted with twice the samples
-  int roomy_ = 0;               ///< frames in a row in which a larger picture would have fitted
-  int quick_ = 0;               ///< frames in a row in which the chosen filter would have fitted
-  int cramped_ = 0;             ///< frames in a row in which the chosen filter kept it small
+  /// floor_ms of the chosen filter at full size, when it was replaced.
+  double chosen_floor_ms_ = 0;
+  double filter_ratio_ = 0;  ///< time ratio of the chosen to the faster filter; 0: unknown
+  int over_ = 0;             ///< consecutive late frames
+  FrameCost least_;          ///< minimum cost of the late frames
+  int under_ = 0;            ///< consecutive frames in which twice the samples would have fitted
+  int roomy_ = 0;            ///< consecutive frames in which a larger image would have fitted
+  int quick_ = 0;            ///< consecutive frames in which the chosen filter would have fitted
+  int cramped_ = 0;  ///< consecutive frames whose resolution was limited by the chosen filter
   Patience rise_{4};
   Patience grow_{15};
   Patience filter_{15};
-  // A fall that did not make tracing faster is reverted: samples do not determine the time.
+  // A reduction of the rate that did not accelerate tracing is reverted.
   SampleRate before_fall_;
-  double paths_before_fall_ = 0;  ///< ms; 0: no fall is under test
+  double paths_before_fall_ = 0;  ///< ms; 0: no reduction is being tested
   int since_fall_ = 0;
-  int hold_ = 0;  ///< frames in which samples do not fall
+  int hold_ = 0;  ///< remaining frames in which the rate is not reduced
 };
 
 }  // namespace stillray::view

@@ -7,7 +7,7 @@
 namespace stillray::view {
 namespace {
 
-/// Seeds of passes are far from those of frames.
+/// Seeds of passes, disjoint from the seeds of frames.
 constexpr uint64_t kFirstSeed = 0x5eed0000'00000000;
 
 void Mix(const Image3& pass, float weight, Image3* mean) {

@@ -43,7 +43,8 @@ std::vector<bool> NodesThatCarryLights(const Scene& scene) {
   return lights;
 }
 
-/// A node with only this channel: its matrix, or its morph weights, yield the channel's value.
+/// A scene of one node with only this channel, whose value is given by the node's matrix or morph
+/// weights.
 /// \param weights  number of morph weights of the channel's node
 Scene ProbeOf(const AnimationChannel& channel, size_t weights) {
   Scene probe;

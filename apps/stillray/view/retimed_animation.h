@@ -20,16 +20,16 @@ struct AnimationTime {
 /// A channel belongs to the lights if its node or a descendant emits light (a punctual light, or a
 /// mesh with an emissive material) and none carries a camera.
 ///
-/// If both clocks agree, the scene is as loaded. Otherwise its channels are replaced by ones with
-/// two keys, 0 s and 1 s, that hold the previous and the current values. The renderer reads the
-/// channels with every frame; it must not be running while they change.
+/// If both clocks agree, the scene is unchanged. Otherwise its channels are replaced by channels
+/// with two keys, at 0 s and 1 s, with the previous and the current values. The renderer reads the
+/// channels in every frame; it must not run while they change.
 class RetimedAnimation {
  public:
   /// \param scene  valid; must outlive this
   explicit RetimedAnimation(Scene* scene);
 
   bool has_lights() const { return has_lights_; }
-  /// Nodes, cameras and animation as loaded; no meshes.
+  /// Nodes, cameras and animation of the unmodified scene, without meshes.
   const Scene& original() const { return original_; }
   /// Sets the scene to the times of the next frame and of the previous one.
   /// \param seconds, previous_seconds  [out] times to pass to the renderer

@@ -19,7 +19,7 @@ struct SampleRate {
   bool operator==(const SampleRate&) const = default;
 };
 
-inline constexpr int kMaxLiveSpp = 64;  ///< a higher rate would only delay the response to input
+inline constexpr int kMaxLiveSpp = 64;  ///< limits the latency of the response to input
 
 /// "4", "1/8".
 std::string ToText(const SampleRate& rate);

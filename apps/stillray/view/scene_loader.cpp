@@ -36,7 +36,7 @@ SceneLoader::Outcome LoadNow(const SceneRequest& request, const ViewSettings& se
 
 }  // namespace
 
-/// Outlives the loader if its thread does.
+/// State shared with the thread; outlives the loader if the thread does.
 struct SceneLoader::Shared {
   struct Request {
     SceneRequest scene;
@@ -128,7 +128,7 @@ void SceneLoader::Run(const std::shared_ptr<Shared>& shared) {
     const uint64_t number = shared->requested;
     shared->busy = true;
     lock.unlock();
-    // A later request or the end cancels loading at the next phase.
+    // A later request or shutdown cancels loading at the next phase.
     const LoadReport report = [&](const LoadPhase& phase) {
       const std::lock_guard told(shared->mutex);
       const bool wanted = !shared->stop && number == shared->requested;

@@ -17,7 +17,7 @@ namespace stillray::view {
 struct LoadState {
   bool loading = false;
   LoadPhase phase;
-  double seconds = 0;  ///< since the start
+  double seconds = 0;  ///< seconds since the start
 };
 
 class SceneLoader {
@@ -30,18 +30,18 @@ class SceneLoader {
   /// \param changed  called from the loader's thread when state() has changed, with true when an
   ///     outcome is ready; must not call the loader
   explicit SceneLoader(std::function<void(bool finished)> changed);
-  /// Does not wait for a file that is being read: the thread ends by itself, and its result is
+  /// Does not wait for a file that is being read: the thread terminates later, and its result is
   /// discarded.
   ~SceneLoader();
   SceneLoader(const SceneLoader&) = delete;
   SceneLoader& operator=(const SceneLoader&) = delete;
 
   /// A later request replaces an earlier one.
-  /// \param device  traces the scene
+  /// \param device  device that traces the scene
   void Load(const SceneRequest& request, const ViewSettings& settings,
             const Device& device = Device());
   LoadState state() const;
-  /// The outcome of the last request, once.
+  /// Takes the outcome of the last request, if it is complete and has not been taken.
   std::optional<Outcome> Take();
 
   /// Number of running threads of destroyed loaders. While there are any, the program must not

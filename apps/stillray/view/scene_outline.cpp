@@ -16,14 +16,15 @@ namespace {
 
 constexpr size_t kMostBytes = size_t{64} << 20;
 constexpr uint32_t kMagic = 0x46546c67;  // "glTF", little endian
-constexpr size_t kHeader = 20;           // of the file, and of its first chunk: the JSON
+// Bytes of the file header and the header of the first chunk, the JSON.
+constexpr size_t kHeader = 20;
 
 uint32_t Word(const char* bytes) {
   const auto byte = [&](int i) { return uint32_t{static_cast<uint8_t>(bytes[i])} << (8 * i); };
   return byte(0) | byte(1) | byte(2) | byte(3);
 }
 
-/// The JSON of a .glb or .gltf; empty if there is none.
+/// The JSON text of a .glb or .gltf file; empty if there is none.
 std::string ReadContents(const std::string& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) {
@@ -42,7 +43,7 @@ std::string ReadContents(const std::string& path) {
     file.seekg(0);
   }
   std::string text;
-  constexpr size_t kPiece = size_t{1} << 20;  // bounds memory by the size of the file
+  constexpr size_t kPiece = size_t{1} << 20;  // reading in pieces bounds memory by the file size
   while (text.size() < size && file) {
     const size_t before = text.size();
     text.resize(std::min(size, before + kPiece));

@@ -11,7 +11,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr int kFocusReach = 24;  // pixels around a click that are searched for a surface
+constexpr int kFocusReach = 24;  // radius in pixels around a click that is searched for a surface
 
 int PixelAt(float fraction, int size) {
   return std::clamp(static_cast<int>(fraction * static_cast<float>(size)), 0, size - 1);
@@ -21,7 +21,7 @@ bool IsSurface(float depth) {
   return std::isfinite(depth) && depth > 0;
 }
 
-/// The depth of the surface nearest to a pixel; 0 if there is none.
+/// The depth at the closest pixel with a surface; 0 if there is none.
 float DepthNear(const Image1& depth, int x, int y) {
   float best = 0;
   int best_distance = kFocusReach * kFocusReach + 1;
@@ -39,15 +39,15 @@ float DepthNear(const Image1& depth, int x, int y) {
   return best;
 }
 
-/// Whether the inspector shows a view's values, which then have to be outputs of the filter.
+/// Whether the inspector shows a view's values, which must then be outputs of the filter.
 bool IsInspected(const ViewInfo& view) {
   return view.group == "history" || view.name == "temporal" || view.group == "moments and variance";
 }
 
 }  // namespace
 
-/// The view of a pane. Names of signals change with their grouping: a missing one is replaced by
-/// the plain picture.
+/// The view of a pane. Signal names depend on the grouping: a missing view is replaced by the
+/// finished image.
 const ViewInfo& ShownFrame::PaneView(const std::string& name) const {
   const ViewInfo* view = Find(name);
   return view != nullptr ? *view : views_[0];
@@ -61,8 +61,8 @@ bool ShownFrame::ShowsAny(const ViewSettings& s, bool (*kind)(const ViewInfo&)) 
   });
 }
 
-// The picture in full precision is the larger copy: it is included only if its values are measured
-// or shown.
+// The full-precision image is a larger copy: it is requested only if its values are measured or
+// shown.
 Results ShownFrame::WantedResults(const ViewSettings& s) const {
   Results wanted;
   wanted.colour = s.reference || s.inspect;
@@ -102,7 +102,7 @@ Status ShownFrame::Take(const Frame& frame, const ViewSettings& s) {
   return frame.on_device == nullptr || NeedsHost(s) ? TakePlanes(frame, s) : Status::Ok();
 }
 
-/// Downloads the frame's planes, and updates the data derived from them.
+/// Downloads the frame's planes, and updates data derived from them.
 Status ShownFrame::TakePlanes(const Frame& frame, const ViewSettings& s) {
   if (frame.on_device != nullptr) {
     STILLRAY_RETURN_IF_ERROR(OnHost(frame, &from_device_).status());

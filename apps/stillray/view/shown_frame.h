@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The displayed frame: its planes, and the planes derived from them that the current views need.
+/// The displayed frame: its planes, and derived planes required by the current views.
 #pragma once
 
 #include <memory>
@@ -19,43 +19,44 @@
 
 namespace stillray::view {
 
-/// The inputs of a frame's pictures other than the planes of ShownFrame.
+/// Inputs of a frame's images in addition to the planes of ShownFrame.
 struct FrameParts {
   const Frame& frame;
-  const RenderMoment& moment;  ///< with both poses
+  const RenderMoment& moment;  ///< with current and previous camera poses
   const DenoisedFrame& denoised;
   const Image3* reference;   ///< nullptr: none yet
-  const Settings& settings;  ///< of the filter that made it
+  const Settings& settings;  ///< settings of the filter that produced the frame
 };
 
 class ShownFrame {
  public:
-  /// Lists the views that exist with these settings of the filter.
+  /// Updates the list of views that are available with these filter settings.
   void ListViewsOf(const Settings& settings) { views_ = ListViews(settings); }
   /// nullptr if there is no such view.
   const ViewInfo* Find(const std::string& name) const { return FindView(views_, name); }
-  /// The results of the filter that the panes, the reference and the inspector need.
+  /// Results of the filter required by panes, reference and inspector.
   Results WantedResults(const ViewSettings& settings) const;
-  /// Likewise the named outputs of the filter.
+  /// Named outputs of the filter required by panes, reference and inspector.
   std::vector<std::string> WantedOutputs(const ViewSettings& settings) const;
 
-  /// Takes a new frame, and downloads its planes from a device if they are needed, which is rare.
+  /// Takes a new frame, and downloads its planes from the device in the rare case that they are
+  /// required.
   /// \return errors of the device
   Status Take(const Frame& frame, const ViewSettings& settings);
-  /// Finds the planes of views of hits, if one is shown. \return kOutOfMemory
+  /// Computes the planes of HitViews, if any of these views is shown. \return kOutOfMemory
   Status FindHits(const Scene& scene, const RenderMoment& moment, const Frame& frame,
                   const ViewSettings& settings);
-  /// Derives the planes that the panes and the inspector need, from those taken.
+  /// Derives the planes required by panes and inspector from the frame's planes.
   void Derive(const FrameParts& parts, const ViewSettings& settings);
 
-  /// Makes the pictures of the panes, and the readouts.
+  /// Creates the images of the panes, and the readouts.
   void Show(const FrameParts& parts, const ViewSettings& settings, ViewFrame* out) const;
   Rgb8Image FinishedPicture(const FrameParts& parts) const;
-  /// The values of a view, for files; none if the frame lacks them. \return errors of the device
+  /// The values of a view, for files; empty if the frame lacks them. \return errors of the device
   Result<std::vector<Image1>> Values(const ViewInfo& view, const FrameParts& parts,
                                      const ViewSettings& settings);
 
-  /// All light of the frame; empty if it stayed on the device.
+  /// Total radiance of the frame; empty if it remained in device memory.
   const Image3& noisy() const { return noisy_; }
   /// Bytes of the planes downloaded from a device.
   size_t bytes() const;
@@ -69,7 +70,7 @@ class ShownFrame {
   bool ShowsAny(const ViewSettings& settings, bool (*kind)(const ViewInfo&)) const;
   bool NeedsHost(const ViewSettings& settings) const;
   Status TakePlanes(const Frame& frame, const ViewSettings& settings);
-  /// The frame with its planes; without, if it is on a device and they are not needed.
+  /// The frame with host planes; without them if it is in device memory and they are not required.
   const Frame& Host(const Frame& frame) const { return brought_ ? from_device_ : frame; }
   void FillGuides(const Frame& frame, const ViewSettings& settings);
   WorldViews WorldOf(const FrameParts& parts) const;
@@ -77,13 +78,13 @@ class ShownFrame {
   void Inspect(const FrameParts& parts, const ViewSettings& settings, ViewFrame* out) const;
 
   std::vector<ViewInfo> views_;
-  Frame from_device_;     ///< buffer for the frame's planes, if it is on a device
-  bool brought_ = false;  ///< they are valid
+  Frame from_device_;     ///< buffer for the planes of a frame in device memory
+  bool brought_ = false;  ///< whether from_device_ is valid
   Image3 noisy_;
-  std::unique_ptr<FilledGuides> filled_;   ///< while a view shows them
-  std::optional<WorldViews> world_;        ///< likewise
-  std::optional<HitViews> hits_;           ///< likewise
-  std::unique_ptr<HitFinder> hit_finder_;  ///< made when a view first shows hits
+  std::unique_ptr<FilledGuides> filled_;   ///< only while a view shows them
+  std::optional<WorldViews> world_;        ///< only while a view shows them
+  std::optional<HitViews> hits_;           ///< only while a view shows them
+  std::unique_ptr<HitFinder> hit_finder_;  ///< created when a view first shows hits
   uint64_t answered_focus_ = 0;
   float focus_depth_ = 0;
 };

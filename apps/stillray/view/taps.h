@@ -9,14 +9,14 @@
 
 namespace stillray::view {
 
-/// Two neighbours, and the weight of the second one.
+/// Two neighbouring pixels, and the weight of the second.
 struct Taps {
   int first = 0;
   int second = 0;
   float weight = 0;
 };
 
-/// Position of the centre of pixel i of `to` among `from` pixels.
+/// Taps for the centre of pixel i when `from` pixels are resampled to `to` pixels.
 /// \param nearest  the weight is 0 or 1
 inline Taps TapsAt(int i, int to, int from, bool nearest = false) {
   const float at =

@@ -9,8 +9,7 @@
 namespace stillray::view {
 namespace {
 
-/// Wall time of a phase whose time is summed over threads; times of a device come from timestamp
-/// queries.
+/// Wall time of a phase: CPU times are summed over threads, device times are timestamp queries.
 double ShareOfWall(const RenderTimings& t, bool on_device, double wall_ms) {
   if (on_device) {
     return 1;
@@ -40,7 +39,7 @@ void AddTracerStages(const DeviceRenderer& renderer, double wall_ms,
   }
 }
 
-/// Time that does not depend on the samples: the guides, if all pixels have them.
+/// Time independent of the samples: guides, if computed for all pixels.
 double FixedTime(const DeviceRenderer& renderer, double wall_ms) {
   const RenderTimings& t = renderer.timings();
   const RenderSettings& settings = renderer.settings();

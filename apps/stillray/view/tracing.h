@@ -13,14 +13,15 @@
 
 namespace stillray::view {
 
-/// Times, memory and device of a traced frame, copied: the renderer may already trace another.
+/// Copy of times, memory and device of a traced frame, since the renderer may already trace the
+/// next.
 struct Tracing {
   double milliseconds = 0;  ///< wall time
-  double fixed_ms = 0;      ///< part of it that does not depend on the samples
+  double fixed_ms = 0;      ///< part of milliseconds that is independent of the samples
   std::vector<StageTime> stages;
-  size_t memory_bytes = 0;  ///< of the renderer
-  std::string place;        ///< device that traced
-  std::string remark;       ///< why the CPU traced instead of the device; empty: it did not
+  size_t memory_bytes = 0;  ///< memory of the renderer
+  std::string place;        ///< tracing device
+  std::string remark;       ///< reason for a fallback to the CPU; empty: none
 };
 
 /// \param tracing  [out] valid if the frame was traced

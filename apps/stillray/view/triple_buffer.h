@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// One writer, one reader, three values: neither ever waits for the other, even if the system
-/// suspends one of them.
+/// Lock-free triple buffer for one writer and one reader: neither waits for the other, even if one
+/// thread is suspended.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@ namespace stillray::view {
 template <typename T>
 class TripleBuffer {
  public:
-  /// The writer's value; it initially holds an earlier one.
+  /// The writer's value; its initial content is an earlier value.
   T& back() { return values_[back_]; }
-  /// Passes the writer's value to the reader; an unread earlier one is dropped.
+  /// Passes the writer's value to the reader; an earlier unread value is dropped.
   void Publish() {
     const auto mine = static_cast<uint8_t>(back_ | kFresh);
     back_ = middle_.exchange(mine, std::memory_order_acq_rel) & kPlace;
   }
-  /// The newest value if the reader has not seen it; valid until the next call.
+  /// The newest value if it has not been taken; valid until the next call.
   const T* Take() {
     if ((middle_.load(std::memory_order_relaxed) & kFresh) == 0) {
       return nullptr;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// stillray view: shows a scene live.
+// stillray view: renders and denoises a scene interactively.
 #include <algorithm>
 #include <memory>
 

@@ -16,10 +16,10 @@
 namespace stillray::view {
 namespace {
 
-/// A static view is finished when more samples would not be visible.
+/// Samples per pixel at which a static view is finished: further samples would not be visible.
 constexpr double kEnoughSamples = 4096;
 constexpr int kEnoughReference = 16384;
-/// With fewer samples the measures would be dominated by the reference's noise.
+/// Minimum samples of the reference for metrics: with fewer, its noise would dominate them.
 constexpr int kMeasurableReference = 16;
 
 /// Runs work that may throw std::bad_alloc, and returns a Status.
@@ -164,7 +164,7 @@ void ViewEngine::TakeLoadedScene() {
     return;
   }
   EndClip();
-  session_.reset();  // frees the old scene's memory first
+  session_.reset();  // frees the memory of the previous scene first
   RenderDevices devices;
   {
     const std::lock_guard lock(mutex_);
@@ -219,10 +219,10 @@ void ViewEngine::MakeFrame() {
     settings.free_camera = settings.free_camera && settings.pose_scene == scene_info_.number;
   }
   if (clip_) {
-    // A video has a constant size, and time advances evenly, however long frames take.
+    // A video has a constant size, and a constant time step independent of frame times.
     settings.wall_clock = false;
     settings.auto_scale = false;
-    settings.shares_pictures = false;  // its pixels are needed here
+    settings.shares_pictures = false;  // host pixels are required
   }
   const double now = SecondsNow();
   const double elapsed = now - last_frame_at_;
@@ -249,7 +249,7 @@ void ViewEngine::MakeFrame() {
   }
   idle_ = IsDone(settings, frame);
   if (!frame.still || frame.samples <= frame.rate.value()) {
-    metrics_.Forget();  // results of another view or another history
+    metrics_.Forget();  // results of a different view or history
   }
   frame.measures = metrics_.latest();
   frame.posted = last_posted_;
@@ -289,7 +289,7 @@ void ViewEngine::SaveFile(const std::string& path, std::function<Status()> job) 
   });
 }
 
-/// All panes side by side, as in the window.
+/// Composes all panes side by side, as in the window.
 Result<Rgb8Image> ViewEngine::ShownPicture() const {
   std::vector<Rgb8Image> pictures = shown_;
   for (Rgb8Image& picture : pictures) {
@@ -310,7 +310,7 @@ Rgb8Image ViewEngine::AsOnScreen(const std::vector<Rgb8Image>& pictures) const {
   return ComposePanes(large, dividers_);
 }
 
-/// The colour of the first view that has some.
+/// Saves the colour of the first colour view.
 Status ViewEngine::SaveRadiance(const std::string& path) const {
   for (const std::string& pane : shown_panes_) {
     Result<std::vector<Image1>> values = session_->Values(pane);

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The viewer's work on separate threads. No call blocks, whatever is being loaded or traced; all
-/// are for one thread, that of the interface.
+/// Runs the viewer's work on separate threads. Calls never block during loading or tracing, and
+/// must be made from the interface thread.
 #pragma once
 
 #include <atomic>
@@ -29,33 +29,34 @@ struct EngineMessage {
   std::string text;
 };
 
-/// The scene on display.
+/// The displayed scene.
 struct SceneInfo {
-  uint64_t number = 0;  ///< of opened scenes, from 1; 0: none yet
+  uint64_t number = 0;  ///< running number of opened scenes, from 1; 0: none yet
   SceneRequest request;
   std::vector<std::string> cameras;
   std::vector<std::string> warnings;
   size_t triangles = 0;
-  double length = 0;  ///< of its animation, seconds
+  double length = 0;  ///< duration of its animation in seconds
   bool moving_lights = false;
 };
 
 class ViewEngine {
  public:
-  /// \param wake     called from other threads when there is something new to show
-  /// \param devices  trace and filter frames; if one fails, the CPU continues, with a message
+  /// \param wake     called from other threads when new content is available
+  /// \param devices  devices that trace and filter frames; if one fails, the CPU replaces it, with
+  ///     a message
   ViewEngine(const ViewSettings& settings, std::function<void()> wake,
              const RenderDevices& devices = {});
   /// Cancels the frame in progress, and loading (see SceneLoader::abandoned).
   ~ViewEngine();
 
-  /// Loads a scene in the background; the current one stays until then. A later request replaces an
-  /// earlier one. Failures become messages.
+  /// Loads a scene in the background, while the current scene remains displayed. A later request
+  /// replaces an earlier one. Failures are reported as messages.
   void Open(const SceneRequest& request);
-  /// Sets the settings of the next frame. \return the number of this call, which frames that use it
-  /// carry (ViewFrame::posted)
+  /// Sets the settings of the next frame. \return the number of this call, stored in frames that
+  /// use the settings (ViewFrame::posted)
   uint64_t Post(const ViewSettings& settings);
-  /// Number of the newest frame, whether taken or not.
+  /// Number of the newest frame, taken or not.
   uint64_t frames_made() const { return frames_made_; }
   /// The newest frame, if it has not been taken; valid until the next call.
   const ViewFrame* TakeFrame() { return frames_.Take(); }
@@ -63,14 +64,14 @@ class ViewEngine {
   LoadState load_state() const { return loader_.state(); }
   SceneInfo scene_info() const;
 
-  /// Writes the composed picture as .png or .jpg, at least in the window's size; or, in their own
-  /// resolution, the values of all panes as .exr, or the colour of the first pane that has one as
-  /// .hdr.
+  /// Saves the composed image as .png or .jpg, at least in the window's size; or, in frame
+  /// resolution, the values of all panes as .exr, or the colour of the first colour pane as .hdr.
   void Save(const std::string& path);
-  /// Adds every frame from here on to a video until StopClip().
+  /// Records all following frames to a video until StopClip().
   void StartClip(const std::string& path, double fps);
   void StopClip();
-  /// Writes a file between two frames. \param job  its error, or "saved PATH", becomes a message
+  /// Writes a file between two frames. \param job its error, or "saved PATH", is reported as a
+  /// message
   void SaveFile(const std::string& path, std::function<Status()> job);
   bool recording() const { return recording_; }
 
@@ -93,12 +94,12 @@ class ViewEngine {
 
   std::function<void()> wake_;
   mutable std::mutex mutex_;
-  std::condition_variable work_;  // wakes the worker: settings, a scene, a job, the end
+  std::condition_variable work_;  // wakes the worker for settings, a scene, a job or shutdown
   std::atomic<bool> stop_ = false;
 
   // Guarded by mutex_.
   ViewSettings settings_;
-  RenderDevices devices_;  // of the next scene
+  RenderDevices devices_;  // devices of the next scene
   SceneInfo scene_info_;
   std::deque<Job> jobs_;
   std::vector<EngineMessage> messages_;
@@ -109,21 +110,21 @@ class ViewEngine {
   std::atomic<bool> recording_ = false;
   TripleBuffer<ViewFrame> frames_;
 
-  // Used by the worker only.
+  // Used only by the worker thread.
   std::unique_ptr<ViewSession> session_;
   std::unique_ptr<VideoWriter> clip_;
   std::string clip_path_;
   std::vector<float> dividers_;
-  int area_width_ = 0;  // of the last frame's area on the screen
+  int area_width_ = 0;  // screen area of the last frame
   int area_height_ = 0;
   bool sharp_pixels_ = false;
-  // The last pictures; shared ones have no pixels.
+  // The last images; shared images have no pixels.
   std::vector<Rgb8Image> shown_;
   std::vector<std::string> shown_panes_;
   LiveMetrics metrics_;
   double last_frame_at_ = 0;
   uint64_t last_posted_ = 0;
-  bool idle_ = false;  // nothing changes until settings do
+  bool idle_ = false;  // idle until the settings change
 
   SceneLoader loader_;  // last, since they use the members above
   std::thread worker_;

@@ -41,8 +41,8 @@ Status ParseSize(const std::string& text, ViewSettings* settings) {
   return Status::Ok();
 }
 
-/// Sets one row of RenderParameters(). A number of samples ends the adaptive rate, "auto" begins
-/// it.
+/// Sets one parameter of RenderParameters(). A number of samples disables the adaptive rate, "auto"
+/// enables it.
 Status ApplyRenderLine(const RenderLine& line, ViewSettings* settings) {
   const bool is_rate = line.name == "spp";
   if (is_rate && line.value == "auto") {
@@ -72,7 +72,7 @@ Status ParseTracer(const ViewArguments& arguments, const RenderLines& file,
   return Status::Ok();
 }
 
-/// The filter, and the path tracer's lines of its settings file.
+/// Parses the filter options, and the path tracer settings in the settings file.
 Status ParseSettings(const ViewArguments& arguments, ViewOptions* options) {
   const Result<FilterOptions> filter = ParseFilterArguments(arguments.filter);
   STILLRAY_RETURN_IF_ERROR(filter.status());
@@ -122,7 +122,7 @@ Status ParseRate(const ViewArguments& arguments, ViewSettings* settings) {
   return Status::Ok();
 }
 
-/// Without a window nothing may depend on the clock.
+/// Parses the options of a run without a window, in which nothing may depend on the clock.
 Status ParseHeadless(const ViewArguments& arguments, ViewOptions* options) {
   options->headless_frames = arguments.headless_frames.value_or(0);
   options->folder = arguments.folder;

@@ -42,14 +42,15 @@ struct ViewArguments {
   std::string moving_filter = "psvgf";
   std::string still_history = "all";
   std::string device = "auto";
-  std::string trace_device;  ///< empty: as `device`
+  std::string trace_device;  ///< empty: `device`
   bool verbose = false;
 };
 
 /// The parsed options.
 struct ViewOptions {
   SceneRequest request;
-  ViewSettings settings;  ///< `width` and `height` are those of the window, or of the pictures
+  ViewSettings settings;  ///< `width` and `height` are the size of the window, or of the images
+                          ///< without a window
   std::string preset;
   int threads = 0;
   int headless_frames = 0;  ///< 0: open a window
@@ -59,7 +60,7 @@ struct ViewOptions {
 };
 
 /// Applies the file's values; other settings are unchanged.
-/// \return kInvalidArgument if a line of the path tracer is wrong; all settings are then unchanged
+/// \return kInvalidArgument if a path tracer setting is invalid; all settings are then unchanged
 Status ApplySettingsFile(const SettingsFile& file, ViewSettings* settings);
 
 /// \return kInvalidArgument naming the option, its value and the expected ones

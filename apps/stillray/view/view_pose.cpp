@@ -14,7 +14,7 @@ namespace {
 constexpr float kPi = std::numbers::pi_v<float>;
 constexpr float kPole = kPi / 2;
 constexpr float kSmallestDistance = 1e-4f;
-/// The renderer rejects rays from farther away.
+/// Maximum coordinate: the renderer rejects rays from farther away.
 constexpr float kFarthest = kMaxCoordinate;
 
 float WrapAngle(float angle) {
@@ -91,7 +91,7 @@ ViewPose PoseFromMatrix(const mat4& world, float yfov, float distance) {
   pose.yfov = yfov;
   pose.distance = BoundDistance(distance);
   pose.pitch = std::asin(std::clamp(forward.y, -1.0f, 1.0f));
-  // When looking straight up or down only the up vector determines the yaw.
+  // For vertical view directions the up vector determines the yaw.
   const bool vertical = std::abs(forward.y) > 0.99999f;
   const vec3 ahead = vertical ? (forward.y > 0 ? -up : up) : forward;
   pose.yaw = std::atan2(-ahead.x, -ahead.z);

@@ -9,7 +9,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr double kShareBelow = 0.99;  // outliers, such as fireflies, do not darken all other values
+constexpr double kShareBelow = 0.99;  // excludes outliers such as fireflies from the range
 constexpr float kLeastTop = 1.0f / 4096;
 
 }  // namespace

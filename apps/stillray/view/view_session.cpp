@@ -18,15 +18,16 @@
 namespace stillray::view {
 namespace {
 
-/// After a pause (another window, a slow frame) animations continue where they were.
+/// Maximum time step in seconds: after a pause (another window, a slow frame) animations continue
+/// where they stopped.
 constexpr double kLongestStep = 0.25;
-/// The first frames fill caches and pages: their times are not representative.
+/// Number of first frames that fill caches and memory pages, whose times are ignored.
 constexpr uint64_t kFirstFrames = 2;
-/// Samples that the picture on the screen counts as when it becomes the history of a filter: half
-/// of its longest history, so that new samples are soon visible.
+/// Weight in samples of the displayed image when it becomes the history of a filter: half of the
+/// maximum history length, so that new samples soon become visible.
 constexpr float kSeedSamples = 8;
 
-/// Whether two poses show the same picture; the orbit centre does not matter.
+/// Whether two poses give the same view; the orbit centre is ignored.
 bool SameView(const ViewPose& a, const ViewPose& b) {
   return a.position == b.position && a.yaw == b.yaw && a.pitch == b.pitch && a.roll == b.roll &&
          a.yfov == b.yfov;
@@ -36,8 +37,8 @@ bool SameScene(const ViewSettings& a, const ViewSettings& b) {
   return SameLight(a.render, b.render) && a.restart == b.restart;
 }
 
-/// Whether a frame that was traced for `a` is the one for `b`.
-/// \param moving  the pose may be an earlier one
+/// Whether a frame traced with settings `a` can be used for `b`.
+/// \param moving  the pose may lag by one frame
 bool TracesTheSame(const ViewSettings& a, ViewSettings b, bool moving) {
   if (moving) {
     b.pose = a.pose;
@@ -64,13 +65,13 @@ double Wrapped(double seconds, double length) {
 
 }  // namespace
 
-/// A frame that is traced while the last one is filtered.
+/// A frame that is traced while the previous one is filtered.
 struct ViewSession::Ahead {
-  ViewSettings requested;  ///< the caller's for the last frame
+  ViewSettings requested;  ///< settings of the caller for the last frame
   NextFrame next;
   Frame frame;
   Tracing tracing;
-  TraceAhead thread;  ///< last, so that it ends before its data is freed
+  TraceAhead thread;  ///< last member: ends before its data is freed
 };
 
 ViewSession::ViewSession(LoadedScene loaded, const RenderDevices& devices)
@@ -95,7 +96,7 @@ AnimationTime ViewSession::NextTime(const ViewSettings& s, double elapsed) const
           Wrapped(moment_.time.lights + step * s.light_speed.value_or(s.speed), length_)};
 }
 
-/// Degrees that the camera has turned on its orbit.
+/// Angle of the camera on its orbit in degrees.
 double ViewSession::NextOrbit(const ViewSettings& s, double elapsed) const {
   if (!s.orbiting || frames_ == 0) {
     return 0;
@@ -125,8 +126,8 @@ ViewSession::Moment ViewSession::NextMoment(const ViewSettings& s, double elapse
   return next;
 }
 
-/// If a device other than the CPU failed: switches to the CPU, with a note. Errors of settings or
-/// frames would occur on the CPU as well.
+/// Switches to the CPU, with a note, if another device failed. Errors of settings or frames would
+/// also occur on the CPU.
 bool ViewSession::FallsBack(const Status& status) {
   if (status.ok() || devices_.filter.is_cpu() || status.code() == StatusCode::kInvalidArgument) {
     return false;
@@ -162,13 +163,13 @@ Status ViewSession::PrepareDenoiser(const ViewSettings& s) {
   return AskForOutputs(s);
 }
 
-/// Selects the results of the filter for the next frame.
+/// Requests the required results of the filter for the next frame.
 Status ViewSession::AskForOutputs(const ViewSettings& s) {
   denoiser_->SetResults(shown_.WantedResults(s));
   return denoiser_->SetOutputs(shown_.WantedOutputs(s));
 }
 
-/// Views of intermediate data, and the inspector, show the settings as they are.
+/// Whether settings may be replaced: not if views of intermediate data or the inspector are shown.
 bool ViewSession::MayReplaceSettings(const ViewSettings& s) const {
   const bool plain = std::all_of(s.panes.begin(), s.panes.end(), [](const std::string& name) {
     return name == "denoised" || name == "noisy" || name == "reference";
@@ -176,8 +177,8 @@ bool ViewSession::MayReplaceSettings(const ViewSettings& s) const {
   return plain && !s.inspect && s.denoise.temporal;
 }
 
-/// The faster filter shows finished pictures as well; its intermediate pictures have other names,
-/// and its guides are sparse. Settings without a wavelet, or without history, are not replaced.
+/// The faster filter provides the finished image, but other intermediate images and sparse guides.
+/// Settings without a wavelet, or without history, are not replaced.
 bool ViewSession::AllowsFastFilter(const ViewSettings& s) const {
   return s.fast_filter && MayReplaceSettings(s) && s.denoise.wavelet != Wavelet::kOff;
 }
@@ -193,7 +194,7 @@ FramePlan ViewSession::PlanFrame(const ViewSettings& s, bool moves, RateControl*
   return control->Next(choice, moves, s.revision != settings_.revision);
 }
 
-/// The settings with the plan's replacements.
+/// The settings modified by the plan.
 ViewSettings ViewSession::Planned(ViewSettings s, const FramePlan& plan) const {
   s.rate = plan.rate;
   if (plan.fast_filter) {
@@ -209,7 +210,7 @@ ViewSettings ViewSession::Planned(ViewSettings s, const FramePlan& plan) const {
   return s;
 }
 
-/// The frame after the last one.
+/// Plans the frame after the last one.
 ViewSession::NextFrame ViewSession::PlanNext(const ViewSettings& settings, double elapsed,
                                              RateControl* control) {
   NextFrame next;
@@ -221,7 +222,7 @@ ViewSession::NextFrame ViewSession::PlanNext(const ViewSettings& settings, doubl
   next.plan = PlanFrame(settings, next.moved, control);
   next.settings = Planned(settings, next.plan);
   next.loses_history = LosesHistory(next);
-  // Samples are numbered from the rate: after a change, the same numbers would recur.
+  // Sample numbers depend on the rate: after a change, numbers would recur.
   const bool rate_changes = frames_ > 0 && !(next.settings.rate == settings_.rate);
   next.rate_changes = rate_changes_ + (rate_changes ? 1 : 0);
   return next;
@@ -233,7 +234,7 @@ RenderSettings ViewSession::RendererSettings(const NextFrame& next) const {
   return wanted;
 }
 
-/// Whether the filter's history is lost: other signals, another size.
+/// Whether the filter loses its history, due to changed signals or size.
 bool ViewSession::LosesHistory(const NextFrame& next) const {
   const ViewSettings& s = next.settings;
   int width = 0;
@@ -244,8 +245,8 @@ bool ViewSession::LosesHistory(const NextFrame& next) const {
          (s.denoise.temporal && !settings_.denoise.temporal);
 }
 
-/// Whether the picture on the screen can replace the lost history: the filter has one signal for
-/// all light, and the picture shows the same view.
+/// Whether the displayed image can replace the lost history: the filter has a single signal, and
+/// the view is unchanged.
 bool ViewSession::CanSeed(const NextFrame& next) const {
   const ViewSettings& s = next.settings;
   if (frames_ == 0 || s.restart != settings_.restart || !SameScene(s, settings_) ||
@@ -259,7 +260,7 @@ bool ViewSession::CanSeed(const NextFrame& next) const {
   return std::abs(shape - 1) < 0.01;
 }
 
-/// A frame of the last view, in the new size, with guides in every pixel.
+/// Traces a frame of the last view in the new size, with guides in every pixel.
 Result<Frame> ViewSession::GuidesOfLastView(const NextFrame& next,
                                             const RenderProgress& keep_going) {
   RenderSettings wanted = RendererSettings(next);
@@ -270,7 +271,7 @@ Result<Frame> ViewSession::GuidesOfLastView(const NextFrame& next,
   if (!complete || frame_.width != wanted.width || frame_.height != wanted.height) {
     wanted.guides = GuideCoverage::kFull;
     wanted.spp = 1;
-    wanted.cycle = kMaxCycle;  // its light is not used
+    wanted.cycle = kMaxCycle;  // its radiance is not used
     RenderMoment moment = moment_.render;
     moment.previous_seconds = moment.seconds;
     moment.previous_pose = moment.pose;
@@ -282,7 +283,7 @@ Result<Frame> ViewSession::GuidesOfLastView(const NextFrame& next,
   return host.ok() ? Result<Frame>(**host) : Result<Frame>(host.status());
 }
 
-/// Makes the seed for the history of the next frame's filter; empty if there is none.
+/// Makes the seed of the next filter's history; empty if there is none.
 Status ViewSession::MakeSeed(const NextFrame& next, const RenderProgress& keep_going) {
   seed_.reset();
   if (!CanSeed(next)) {
@@ -296,8 +297,8 @@ Status ViewSession::MakeSeed(const NextFrame& next, const RenderProgress& keep_g
   return Status::Ok();
 }
 
-/// Plans the next frame and traces it. A frame that refines may be cancelled, and the view then
-/// continues: the data of the last frame stays until the new one is complete.
+/// Plans and traces the next frame. Refining frames may be cancelled: the data of the last frame is
+/// kept until the new frame is complete.
 Status ViewSession::TraceNow(const ViewSettings& settings, double elapsed,
                              const RenderProgress& keep_going, NextFrame* next) {
   ahead_.reset();
@@ -321,8 +322,8 @@ Status ViewSession::TraceNow(const ViewSettings& settings, double elapsed,
   return Status::Ok();
 }
 
-/// Whether the frame that is traced ahead is the next one by these settings, which then become the
-/// plan. While the view moves, the pose may be that of one frame before, as in every pipeline.
+/// Whether the frame traced ahead matches these settings, which then become the plan. During motion
+/// the pose may lag by one frame, as in every pipeline.
 bool ViewSession::UsesAhead(const ViewSettings& settings) {
   if (ahead_ == nullptr ||
       ahead_->next.moment.render.frame_index != static_cast<int64_t>(frames_) ||
@@ -339,7 +340,7 @@ bool ViewSession::UsesAhead(const ViewSettings& settings) {
   return true;
 }
 
-/// Waits for the frame that is traced ahead.
+/// Waits for the frame traced ahead.
 Status ViewSession::TakeAhead(double elapsed, const RenderProgress& keep_going, NextFrame* next) {
   const std::unique_ptr<Ahead> ahead = std::move(ahead_);
   STILLRAY_RETURN_IF_ERROR(ahead->thread.Take(keep_going));
@@ -352,9 +353,8 @@ Status ViewSession::TakeAhead(double elapsed, const RenderProgress& keep_going, 
   return Status::Ok();
 }
 
-/// Starts to trace the frame after the last one, if tracer and filter can work at the same time, as
-/// it will be if the caller's settings stay the same. A frame that needs the picture of this one
-/// waits for it.
+/// Starts tracing the next frame with unchanged settings, if path tracer and denoiser can work
+/// concurrently. Not for frames that depend on the image of the current one.
 void ViewSession::StartAhead(const ViewSettings& requested, double elapsed) {
   if (!devices_.differ() || requested.reference ||
       tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism) < 2) {
@@ -371,14 +371,14 @@ void ViewSession::StartAhead(const ViewSettings& requested, double elapsed) {
   std::swap(ahead_->frame, next_frame_);
   RenderSettings wanted = RendererSettings(next);
   wanted.seed += next.rate_changes;
-  // The session may be moved meanwhile.
+  // The session may be moved during tracing.
   ahead_->thread.Start([wanted, moment = next.moment.render, renderer = loaded_.renderer.get(),
                         ahead = ahead_.get()](const RenderProgress& keep_going) {
     return TraceFrame(wanted, moment, keep_going, renderer, &ahead->frame, &ahead->tracing);
   });
 }
 
-/// Prepares the filter with its history.
+/// Prepares the filter and its history.
 Status ViewSession::PrepareHistory(const ViewSettings& s) {
   STILLRAY_RETURN_IF_ERROR(PrepareDenoiser(s));
   if (frames_ > 0 && s.restart != settings_.restart) {
@@ -390,14 +390,14 @@ Status ViewSession::PrepareHistory(const ViewSettings& s) {
   denoiser_->SetResults({});
   STILLRAY_RETURN_IF_ERROR(denoiser_->SetOutputs({}));
   if (!denoiser_->Denoise(*seed_, &denoised_).ok()) {
-    denoiser_->Reset();  // the frame itself will report the error
+    denoiser_->Reset();  // filtering the frame will report the error
   }
   seed_.reset();
   return AskForOutputs(s);
 }
 
-/// Filters the frame and downloads the data to show. If the device fails, frames continue on the
-/// CPU; its data of this frame may be lost, so it is traced again.
+/// Filters the frame and downloads the data for display. If the device fails, the CPU takes over,
+/// and the frame is traced again, since its data may be lost.
 Status ViewSession::Filter(const ViewSettings& s, const RenderMoment& moment,
                            const RenderProgress& keep_going) {
   Status status = denoiser_->Denoise(frame_, &denoised_);
@@ -435,7 +435,7 @@ Status ViewSession::RenderNext(const ViewSettings& settings, double elapsed,
   const Moment last_moment = std::exchange(moment_, next.moment);
   const uint64_t last_rate_changes = std::exchange(rate_changes_, next.rate_changes);
   ++frames_;
-  // Before the scene moves on.
+  // Before the scene is updated to the next moment.
   const Status found = shown_.FindHits(*loaded_.scene, moment_.render, frame_, s);
   if (!found.ok()) {
     Note("no view of hits: " + found.message());
@@ -496,7 +496,7 @@ void ViewSession::Account(double denoise_ms, bool overlapped, ViewFrame* out) co
   out->stages = tracing_.stages;
   out->stages.insert(out->stages.end(), denoised_.timings.begin(), denoised_.timings.end());
   out->stages.push_back({"make pictures", out->show_ms});
-  // A frame that is being traced will be as large as this one.
+  // The frame in progress will have the size of this one.
   const size_t next_bytes = FrameBytes(ahead_ != nullptr ? frame_ : next_frame_);
   out->memory = {tracing_.memory_bytes, denoiser_->memory_bytes(),
                  FrameBytes(frame_) + next_bytes + shown_.bytes()};

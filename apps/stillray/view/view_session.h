@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A view of one scene: settings in, the next picture out. No clock, no window: the same calls give
-/// the same bits (as long as the rate is fixed), on one device or on two.
+/// A view of one scene, which converts settings to the next image. Independent of clock and window:
+/// equal calls give bit-identical images (if the rate is fixed), on one device or on two.
 #pragma once
 
 #include <memory>
@@ -23,26 +23,26 @@ namespace stillray::view {
 
 class ViewSession {
  public:
-  /// \param devices  the first one filters frames; if it fails, the CPU continues
-  ///     (ViewFrame::note). The loaded renderer traces, on the second one, and falls back by
-  ///     itself. If they differ, the next frame is traced while one is filtered, on another thread:
-  ///     with the same settings, or with others in the pose alone while the view moves, RenderNext
-  ///     then waits for it; else it is discarded
+  /// \param devices  `filter` denoises frames, with a fallback to the CPU (ViewFrame::note);
+  ///     `tracer` is the device of the loaded renderer, which handles its own fallback. If they
+  ///     differ, the next frame is traced on another thread while one is filtered. RenderNext uses
+  ///     that frame if the settings are unchanged or, while the view moves, differ only in the
+  ///     pose; otherwise it is discarded
   explicit ViewSession(LoadedScene loaded, const RenderDevices& devices = {});
   ~ViewSession();
   ViewSession(ViewSession&&) noexcept;
 
-  /// Renders, denoises and converts the next frame to pictures.
-  /// \param elapsed     seconds since the last frame, for animations in real time
+  /// Renders and denoises the next frame, and converts it to display images.
+  /// \param elapsed     seconds since the last frame, for real-time animation
   /// \param keep_going  returns false to cancel the frame
-  /// \return kCancelled (the next frame continues as if this one had not been started);
-  ///     kInvalidArgument for settings that contradict each other
+  /// \return kCancelled (the state is as before the call); kInvalidArgument for contradictory
+  ///     settings
   Status RenderNext(const ViewSettings& settings, double elapsed, const RenderProgress& keep_going,
                     ViewFrame* out);
   /// Adds a sample to the reference, if one is requested and the view is static.
   Status RefineReference(const RenderProgress& keep_going);
-  /// Whether the frame in progress, or the last one, may take long since nothing moves: it may be
-  /// cancelled on any input. May be called from RenderNext's `keep_going`.
+  /// Whether the current or last frame refines a static view and may take long: it may be cancelled
+  /// on any input. May be called from RenderNext's `keep_going`.
   bool refines() const { return plan_.refines; }
   bool WantsReference() const {
     const bool as_chosen = !plan_.fast_filter && plan_.scale == settings_.scale;
@@ -50,19 +50,19 @@ class ViewSession {
   }
   bool has_moving_lights() const { return animation_.has_lights(); }
 
-  /// The devices that filter frames, and trace the next scene.
+  /// The devices for filtering, and for tracing the next scene.
   const RenderDevices& devices() const { return devices_; }
 
   const Scene& scene() const { return *loaded_.scene; }
   const SceneRequest& request() const { return loaded_.request; }
-  /// Of the last frame; empty before the first, and if the frame stayed on the device since neither
-  /// a reference nor a view needed it.
+  /// Total radiance of the last frame; empty before the first frame, and if the frame remained in
+  /// device memory because neither reference nor views required it.
   const Image3& noisy() const { return shown_.noisy(); }
-  /// The picture in full precision, downloaded if no frame has needed it so far.
+  /// The denoised image in full precision; downloaded on demand.
   /// \return kNotFound before the first frame; errors of the device
   Result<const Image3*> Denoised();
   const ReferenceAccumulator& reference() const { return reference_; }
-  /// The display picture of the last frame, if it was shared. Errors as Denoised.
+  /// The display image of the last frame, if it was shared. Errors as Denoised.
   Result<Rgb8Image> FinishedPicture();
   /// The values of a view of the last frame, for files. \return kNotFound if there is no such view;
   /// errors of the device
@@ -73,17 +73,17 @@ class ViewSession {
     RenderMoment render;  ///< arguments for the renderer: times of the retimed animation
     AnimationTime time;
     ViewPose pose;
-    double orbit_degrees = 0;  ///< of `pose` on its orbit
+    double orbit_degrees = 0;  ///< angle of `pose` on its orbit
   };
-  /// A frame that is planned.
+  /// The plan of a frame.
   struct NextFrame {
     Moment moment;
     FramePlan plan;
     ViewSettings settings;  ///< with the plan's replacements
-    bool moved = false;     ///< against the last frame
+    bool moved = false;     ///< whether the view differs from the last frame
     bool loses_history = false;
     uint64_t rate_changes = 0;
-    double elapsed = 0;  ///< seconds by which time passes
+    double elapsed = 0;  ///< time step in seconds
   };
   struct Ahead;
   bool MayReplaceSettings(const ViewSettings& settings) const;
@@ -118,27 +118,27 @@ class ViewSession {
   LoadedScene loaded_;
   RetimedAnimation animation_;
   RenderDevices devices_;
-  Tracing tracing_;   ///< of the last frame
+  Tracing tracing_;   ///< timings of the last frame
   std::string note_;  ///< message for the next frame
   std::optional<Denoiser> denoiser_;
-  ViewSettings settings_;  ///< of the last frame, with the filter that made it
+  ViewSettings settings_;  ///< settings of the last frame, including the filter in use
   Aabb bounds_;
   RateControl control_;
-  FramePlan plan_;  ///< of the frame in progress, or the last one
+  FramePlan plan_;  ///< plan of the current or last frame
   Frame frame_;
   Frame next_frame_;           ///< buffer for the next frame
   std::optional<Frame> seed_;  ///< becomes the history of the next frame's filter
   DenoisedFrame denoised_;
   ShownFrame shown_;
   ReferenceAccumulator reference_;
-  Moment moment_;  ///< of the last frame
+  Moment moment_;  ///< times and pose of the last frame
   uint64_t frames_ = 0;
   double samples_ = 0;
   uint64_t rate_changes_ = 0;
   bool still_ = false;
   double length_ = 0;
-  double owed_ = 0;  ///< seconds that passed but are not shown: a frame ahead used an estimate
-  std::unique_ptr<Ahead> ahead_;  ///< last, so that it ends before its data is freed
+  double owed_ = 0;  ///< elapsed seconds not yet applied, since frames traced ahead use an estimate
+  std::unique_ptr<Ahead> ahead_;  ///< last member: its thread ends before its data is freed
 };
 
 }  // namespace stillray::view

@@ -17,7 +17,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr int kRangeStep = 3;  // distance of the pixels that determine the range
+constexpr int kRangeStep = 3;  // spacing of the pixels that determine the range
 constexpr std::string_view kFilled = "filled.";
 constexpr std::pair<const char*, Colouring> kWorldViews[] = {{"position", Colouring::kPosition},
                                                              {"world_grid", Colouring::kGrid},
@@ -25,7 +25,7 @@ constexpr std::pair<const char*, Colouring> kWorldViews[] = {{"position", Colour
 constexpr std::pair<const char*, Colouring> kHitViews[] = {{"barycentrics", Colouring::kAlbedo},
                                                            {"triangle", Colouring::kId},
                                                            {"material", Colouring::kId}};
-constexpr uint8_t kAbsent = 40;  // dark grey: the picture does not exist yet
+constexpr uint8_t kAbsent = 40;  // dark grey: the image does not exist yet
 
 Colouring ColouringOf(const std::string& kind) {
   if (kind == "disocclusion" || kind == "alpha" || kind.starts_with("weights")) {
@@ -61,12 +61,12 @@ std::string KindOf(const std::string& name) {
   return name.substr(0, name.find('.'));
 }
 
-/// Planes of a view in its sources: at most three, or the ids.
+/// Source planes of a view: at most three, or the ids.
 struct Layer {
   std::vector<const Image1*> planes;
   const Plane<uint32_t>* ids = nullptr;
-  const Image1* divisor = nullptr;  ///< of kRelative: planes[0] is the variance, this the mean
-  bool ones = false;                ///< 1 everywhere: frames without a plane of samples
+  const Image1* divisor = nullptr;  ///< mean for kRelative, where planes[0] is the variance
+  bool ones = false;                ///< constant 1: frames without a plane of samples
 };
 
 template <size_t N>
@@ -199,7 +199,7 @@ float Relative(const Layer& layer, int x, int y) {
   return std::sqrt(std::max((*layer.planes[0])(x, y), 0.0f)) / mean;
 }
 
-/// The value on the colour scale: for variance its root.
+/// The value for the colour scale: the square root for variance.
 float ScaledValue(Colouring colouring, const float* v) {
   if (colouring == Colouring::kMotion) {
     return std::hypot(v[0], v[1]);
@@ -207,7 +207,7 @@ float ScaledValue(Colouring colouring, const float* v) {
   return colouring == Colouring::kVariance ? std::sqrt(std::max(v[0], 0.0f)) : std::max(v[0], 0.0f);
 }
 
-/// The values of a pixel to convert to a colour.
+/// Returns the values of a pixel that are converted to a colour.
 void ValuesOf(const Layer& layer, int x, int y, float values[3]) {
   for (size_t c = 0; c < layer.planes.size() && c < 3; ++c) {
     values[c] = (*layer.planes[c])(x, y);
@@ -217,7 +217,7 @@ void ValuesOf(const Layer& layer, int x, int y, float values[3]) {
   }
 }
 
-/// The range of a view with a scale.
+/// The range of a view with a colour scale.
 ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height) {
   ViewRange range;
   switch (colouring) {
@@ -248,8 +248,8 @@ ViewRange RangeOf(Colouring colouring, const Layer& layer, int width, int height
   return range;
 }
 
-/// Cubes whose corners, not their centres, are multiples of half an edge: walls at round numbers
-/// are not cut by rounding errors.
+/// Checkerboard of cubes with corners at odd multiples of half an edge, so that rounding errors do
+/// not affect walls at round coordinates.
 Rgb8 GridColour(const float* v, float cubes_per_unit) {
   constexpr float kDark = 0.25f;
   constexpr float kBright = 0.7f;
@@ -277,13 +277,14 @@ float LargestCoordinate(const Layer& layer) {
   return largest;
 }
 
-/// Cubes of the world's grid have a power of ten as edge, 2 to 20 of them on the longest axis.
+/// Cubes of the world grid have a power of ten as edge length, with 2 to 20 cubes along the longest
+/// axis.
 float CubesPerUnit(const Layer& layer) {
   return std::pow(10.0f, -std::floor(std::log10(LargestCoordinate(layer) / 2)));
 }
 
 Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& range) {
-  // Infinite depth is the sky.
+  // Infinite depth marks the sky.
   const bool is_sky = colouring == Colouring::kDepth && v[0] == INFINITY;
   const std::optional<Rgb8> mark = NotFiniteColour(v[0], v[1], v[2]);
   if (mark && !is_sky) {
@@ -321,7 +322,7 @@ Rgb8 Colour(Colouring colouring, const float* v, float scale, const ViewRange& r
   return {};
 }
 
-/// Factor of values before they become colours.
+/// Factor applied to values before the conversion to colours.
 float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings) {
   if (colouring == Colouring::kDepth) {
     float nearest = INFINITY;
@@ -343,7 +344,7 @@ float ScaleOf(Colouring colouring, const Layer& layer, const Settings& settings)
   return std::exp2(settings.exposure);
 }
 
-/// Tone mapping clamps what is not finite: it is marked afterwards.
+/// Marks non-finite values after tone mapping, which clamps them.
 void MarkNotFinite(const Image3& colour, Rgb8Image* picture) {
   ParallelRows(picture->height, kRowsPerTask, [&](int y0, int y1) {
     for (int y = y0; y < y1; ++y) {

@@ -11,7 +11,8 @@
 namespace stillray::view {
 namespace {
 
-/// The motion in pixels of a static point of the world, or of a direction of the sky.
+/// Motion in pixels of a static point in world space, or of a direction of the sky, due to the
+/// camera.
 vec2 CameraMotion(const render::CameraView& now, const render::CameraView& before, vec3 position,
                   vec3 direction, bool is_surface) {
   if (!is_surface) {

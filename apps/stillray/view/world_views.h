@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// World-space views, derived from a frame's guides and camera: positions of surfaces, and the
-/// motion of objects without the camera's.
+/// World-space views, derived from a frame's guides and camera: surface positions, and object
+/// motion without camera motion.
 #pragma once
 
 #include "stillray/frame.h"
@@ -12,13 +12,13 @@
 namespace stillray::view {
 
 struct WorldViews {
-  Image3 position;       ///< of the surface, world space; 0 where there is none
-  Image2 object_motion;  ///< Guides::motion minus that of a static surface, due to the camera
+  Image3 position;       ///< surface position in world space; 0 without a surface
+  Image2 object_motion;  ///< Guides::motion minus the motion caused by the camera
 };
 
 /// \param frame   with depth and motion, pixels in host memory; without them the planes are empty
-/// \param pose           the camera of the frame
-/// \param previous_pose  of the frame before
+/// \param pose           camera of the frame
+/// \param previous_pose  camera of the previous frame
 WorldViews MakeWorldViews(const Frame& frame, const CameraPose& pose,
                           const CameraPose& previous_pose);
 

@@ -2,9 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Adds a sample to the sums of its pixels. With STILLRAY_REFERENCE all light of the sample is added
-// to the first of the signals, with the rounding error in the second: sums of many samples would
-// lose small ones (Kahan 1965, "Further remarks on reducing truncation errors").
+// Adds a sample to the sums of its pixels. With STILLRAY_REFERENCE the radiance of all signals is
+// added to the first signal, and the second holds the rounding error (compensated summation, Kahan
+// 1965, "Further remarks on reducing truncation errors"), since sums of many samples would lose
+// small contributions.
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 64) in;
@@ -26,7 +27,7 @@ void AddSample(uint number, bool is_first) {
   sums[signals + 1u].light = now_lost;
 }
 #else
-// With a lens the guides are those of this sample: replaces them by the mean of all up to it.
+// With a lens: replaces the guides of this sample by the mean of all samples so far.
 void AddGuides(uint number, bool is_first) {
   GpuGuides g = guides[number];
   LensGuides one =
@@ -45,7 +46,7 @@ void AddGuides(uint number, bool is_first) {
                 0.0f, vec3(0.0f), 0.0f);
 }
 
-// The albedo that divides light of a SignalKind.
+// The albedo by which a SignalKind is demodulated.
 vec3 AlbedoOf(uint number, uint kind) {
   if (kind >= uint(kDirectTransmission)) {
     return guides[number].transmission_albedo;

@@ -2,9 +2,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Between the steps: sets the dispatches and launches of the queues that a step has filled, and
-// clears the queues that have been processed. If paths are left after the last step that was
-// recorded, it empties all queues, so that later steps do nothing until paths resume.
+// Runs between the steps: sets the indirect dispatch and launch sizes of the queues filled by a
+// step, and clears the processed queues. If paths are unfinished after the last recorded step, it
+// empties all queues, which disables later steps until the paths resume.
 #include "render/vulkan/tracer.glsl"
 
 layout(local_size_x = 1) in;
@@ -34,7 +34,7 @@ void Start() {
   }
 }
 
-// Between shading and the rays of a step. \param done  the queue of this step
+// Runs between shading and the rays of a step. \param done the processed queue
 void Step(uint done) {
   uint next = 1u - done;
   uint alive = queues[kQueueActive + next].count;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Positions of a batch's pixels. Needs trace_shared.h, `batch` and `listed_pixels`.
+// Image positions of a batch's pixels. Needs trace_shared.h, `batch` and `listed_pixels`.
 uvec2 PixelOf(uint number) {
   if (batch.listed != 0u) {
     uint at = listed_pixels[number];

@@ -11,7 +11,7 @@
 namespace stillray::render {
 namespace {
 
-/// Pixels that a thread reorders at a time.
+/// Pixels per row chunk that a thread reorders.
 constexpr int kChunkWidth = 256;
 
 /// Calls body(tile) for pieces of the batch's tile, on all threads.
@@ -30,7 +30,7 @@ void ForChunks(const Tile& tile, const Body& body) {
   });
 }
 
-/// Calls body(number in the batch) for the pixels of a chunk, row by row.
+/// Calls body(index in the batch) for the pixels of a chunk, row by row.
 template <typename Body>
 void ForPixels(const GpuBatch& batch, const Tile& chunk, const Body& body) {
   for (int y = 0; y < chunk.height; ++y) {

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// A ray against the four boxes of a BvhNode. Conservative as in Ize (2013), "Robust BVH Ray
-// Traversal": no box that the exact ray meets is missed, whatever the rounding.
+// Ray/box intersection with the four boxes of a BvhNode. Conservative as in Ize (2013), "Robust BVH
+// Ray Traversal": rounding never misses a box that the exact ray intersects.
 #ifndef STILLRAY_RENDER_VULKAN_BOX_TEST_SHARED_H
 #define STILLRAY_RENDER_VULKAN_BOX_TEST_SHARED_H
 
@@ -29,8 +29,8 @@ using glm::uintBitsToFloat;
 
 STILLRAY_RENDER_BEGIN
 
-// The grid of a node as distances along a ray. Plane q of an axis, 0 to 255, is met at
-// q * step + enter or later, and at q * step + leave or earlier.
+// The grid of a node as distances along a ray. The ray intersects plane q of an axis, 0 to 255,
+// between the distances q * step + enter and q * step + leave.
 struct GridOnRay {
   vec3 step;
   vec3 enter;
@@ -40,18 +40,19 @@ struct GridOnRay {
 // The error of q * step + offset, in units of 2^-24 of |255 step| + |offset|: 5 for a reciprocal of
 // up to 2.5 units in the last place (the limit of Vulkan); 2 for the offset, a difference and a
 // product; 1 for the margin's own sum; 1 for the last sum, and 1 for its product where it is not
-// fused, each of one of the two terms only: 9 in all. A distance, which may be much smaller than
-// both terms, is no measure of it. The rest is for the rounding of the margin.
+// fused, each of one of the two terms only: 9 in all. The bound is relative to the terms, since
+// their sum may be much smaller. The remaining 3 cover the rounding of the margin.
 const float kGridError = 12.0f * 5.9604645e-8f;
 // Where devices flush products to zero, errors are up to 258 times the smallest normal number.
 const float kGridUnderflow = 1e-35f;
 
-// \param inverse  of the direction's components, finite: products with a difference of zero are 0
+// \param inverse  reciprocals of the direction's components; finite, so that products with a zero
+//     difference are 0
 SHARED_FN GridOnRay PlaceGrid(SHARED_IN(vec3) origin, SHARED_IN(vec3) scale,
                               SHARED_IN(vec3) ray_origin, SHARED_IN(vec3) inverse) {
   GridOnRay grid;
   grid.step = scale * inverse;  // exact: powers of two
-  // Never the difference of two products, as the terms may be much larger.
+  // A product of a difference: the difference of two products could cancel.
   SHARED_PRECISE vec3 offset = (origin - ray_origin) * inverse;
   vec3 margin = (abs(grid.step) * 255.0f + abs(offset)) * kGridError + kGridUnderflow;
   grid.enter = offset - margin;
@@ -63,15 +64,16 @@ SHARED_FN vec4 BytesOf(uint packed) {
   return vec4(uvec4(packed, packed >> 8, packed >> 16, packed >> 24) & 255u);
 }
 
-// Distances of hits are rounded too, otherwise than those of boxes: boxes count that begin so much
-// behind the end of the ray.
+// Hit distances have rounding errors that differ from those of box distances: the ray is extended
+// by this factor for box tests.
 const float kEndScale = 1.0f + 32.0f * 5.9604645e-8f;
 
-// Larger than the bits of any distance.
+// Larger than the bit pattern of any distance.
 const uint kMissed = 0xffffffffu;
 
-// Distances at which the ray enters the boxes of the node's children, or somewhat before, as bits,
-// with the number of the child in the two lowest; kMissed: not up to `end`, which is not negative.
+// Lower bounds of the distances at which the ray enters the boxes of the node's children, as float
+// bits with the child's index in the two lowest bits; kMissed: no intersection up to `end`. end >=
+// 0.
 SHARED_FN uvec4 EnterChildren(SHARED_IN(BvhNode) node, SHARED_IN(vec3) ray_origin,
                               SHARED_IN(vec3) inverse, float end) {
   vec3 scale = uintBitsToFloat(
@@ -90,7 +92,7 @@ SHARED_FN uvec4 EnterChildren(SHARED_IN(BvhNode) node, SHARED_IN(vec3) ray_origi
   vec4 leave_z = BytesOf(last.z) * grid.step.z + grid.leave.z;
   vec4 enter = max(max(enter_x, enter_y), max(enter_z, vec4(0.0f)));
   vec4 leave = min(min(leave_x, leave_y), min(leave_z, vec4(end * kEndScale)));
-  // abs: -0, for a ray that starts inside, must become 0.
+  // abs maps -0, the result for a ray that starts inside, to 0.
   uvec4 bits = (floatBitsToUint(abs(enter)) & ~3u) | uvec4(0u, 1u, 2u, 3u);
   bits = mix(uvec4(kMissed), bits, lessThanEqual(enter, leave));
   return mix(bits, uvec4(kMissed), equal(node.children, uvec4(0u)));

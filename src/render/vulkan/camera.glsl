@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The camera, and the surfaces that its rays pass, as on the CPU (CameraView, FindPrimarySurfaces).
+// The camera, and the layers along primary rays, as on the CPU (CameraView, FindPrimarySurfaces).
 // Needs trace.glsl, material_lookup.glsl and traversal.glsl.
 #include "render/primary_shared.h"
 
@@ -20,7 +20,7 @@ GpuView Through(GpuView view, vec2 point) {
   return view;
 }
 
-// The point of the lens for this sample of the pixel.
+// The point of the lens for the current sample of the pixel.
 vec2 LensPointOf(uint seed) {
   return frame.view.lens_radius > 0.0f ? LensPoint(NumbersOf(seed, kLensDimensions).xy)
                                        : vec2(0.0f);
@@ -32,7 +32,7 @@ vec3 DirectionOf(GpuView view, vec2 pixel) {
   return normalize(view.forward + view.right * x + view.up * y);
 }
 
-// Projects the point at `offset` from the camera's position.
+// Projects the point at `offset` from the camera's position to pixel coordinates.
 vec2 Project(GpuView view, vec3 offset) {
   float depth = dot(offset, view.forward);
   float safe = max(abs(depth), 1e-20f) * (depth < 0.0f ? -1.0f : 1.0f);
@@ -41,7 +41,7 @@ vec2 Project(GpuView view, vec3 offset) {
   return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
 }
 
-// The origin of a ray that continues behind the surface.
+// The offset origin of a ray that continues behind the surface.
 vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   vec3 weight = Weights(hit);
@@ -49,8 +49,8 @@ vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   return OriginBehindTriangle(t.p0, t.p1, t.p2, point, direction);
 }
 
-// The rasteriser's result at the pixel, as the hit of its ray; false if the ray misses that
-// triangle by rounding, so that it must be traced.
+// The rasterised triangle of the pixel, as the hit of its primary ray; false if the ray misses the
+// triangle by rounding and must be traced.
 bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
   uvec2 seen = visible[pixel.y * frame.width + pixel.x];
   hit = GpuHit(kInfinity, 0.0f, 0.0f, seen.x, seen.y);
@@ -68,9 +68,9 @@ bool RasterisedHit(uvec2 pixel, vec3 direction, out GpuHit hit) {
   return met;
 }
 
-// A camera ray through alpha-blended and transparent layers.
+// A primary ray through alpha-blended and transparent layers.
 struct CameraWalk {
-  GpuHit first;  // its first hit, if known
+  GpuHit first;  // first hit, if known
   bool first_known;
   vec3 origin;
   vec3 direction;
@@ -85,7 +85,7 @@ CameraWalk StartWalk(vec3 origin, vec3 direction) {
   return CameraWalk(none, false, origin, direction, 1.0f, 0, 0, false);
 }
 
-// The ray of a pixel through the frame's point.
+// The primary ray of a pixel through GpuFrame::point.
 CameraWalk StartPixel(uvec2 pixel, vec3 origin, vec3 direction) {
   CameraWalk walk = StartWalk(origin, direction);
   if (frame.rasterised != 0) {
@@ -94,14 +94,14 @@ CameraWalk StartPixel(uvec2 pixel, vec3 origin, vec3 direction) {
   return walk;
 }
 
-// A surface of a pixel.
+// A layer of a pixel.
 struct CameraLayer {
   GpuHit hit;
   vec3 base_colour;
-  float weight;  // fraction of the pixel
+  float weight;  // coverage as a fraction of the pixel
 };
 
-// The next surface that contributes to the pixel; false: none.
+// Finds the next layer that contributes to the pixel; false if there is none.
 bool NextLayer(inout CameraWalk walk, out CameraLayer layer) {
   while (!walk.done && walk.passes < kMaxPasses) {
     ++walk.passes;

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The children of a node that a ray has yet to visit, nearest first, as one entry of the stack: as
-// in Ylitie et al. (2017), "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide
-// BVHs", with the order of distances in place of that of octants.
+// The unvisited children of a node, nearest first, as one entry of the traversal stack: as in
+// Ylitie et al. (2017), "Efficient Incoherent Ray Traversal on GPUs Through Compressed Wide BVHs",
+// but ordered by distance instead of octant.
 #ifndef STILLRAY_RENDER_VULKAN_CHILD_GROUP_SHARED_H
 #define STILLRAY_RENDER_VULKAN_CHILD_GROUP_SHARED_H
 
@@ -14,9 +14,9 @@
 STILLRAY_RENDER_BEGIN
 
 struct ChildGroup {
-  uint next;  // the next child, as EnterChildren gives it; kMissed: none is left
-  // Index of the node, then in two bits each, from the lowest, the numbers of the two children
-  // after the next one. Where no more follow, the last number is repeated.
+  uint next;  // the next child in the format of EnterChildren; kMissed: none is left
+  // Upper bits: index of the node. The four lowest bits: indices of the two children after the next
+  // one, in two bits each; the last index is repeated if fewer follow.
   uint node;
 };
 const int kGroupNodeShift = 4;
@@ -31,10 +31,10 @@ SHARED_FN uint NodeOfGroup(ChildGroup group) {
   return group.node >> kGroupNodeShift;
 }
 
-// All children that the ray enters, but for the nearest.
-// \param node     below 2^28
-// \param entered  by EnterChildren
-// \param nearest  [out] kMissed: none
+// All intersected children except for the nearest.
+// \param node     index of the node, below 2^28
+// \param entered  result of EnterChildren
+// \param nearest  [out] the nearest child; kMissed: none
 SHARED_FN ChildGroup GroupChildren(uint node, SHARED_IN(uvec4) entered,
                                    SHARED_INOUT(uint) nearest) {
   uint a = min(entered.x, entered.y);
@@ -53,8 +53,7 @@ SHARED_FN ChildGroup GroupChildren(uint node, SHARED_IN(uvec4) entered,
   return group;
 }
 
-// Without its next child; there must be one. Its distance counts for the others, which are not
-// nearer.
+// Removes the next child, which must exist. Its distance remains the lower bound for the others.
 SHARED_FN ChildGroup WithoutNext(ChildGroup group) {
   uint number = NumberOfChild(group.node);
   uint next = number == NumberOfChild(group.next) ? kMissed : (group.next & ~3u) | number;

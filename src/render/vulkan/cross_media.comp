@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Takes active paths through the media that scatter around them, up to the surface where they leave
-// or to their end: all collisions in one step, since a path may have hundreds. Rays in media are
-// traced by stillray's BVH, also where the device traces the others. The counterpart of
+// Advances active paths through scattering media to the surface where they leave or to their end:
+// all collisions in one step, since a path may have hundreds. Rays in media always traverse
+// stillray's BVH, even if ray tracing pipelines trace all other rays. The counterpart of
 // Tracer::PassMedium on the CPU.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/queue.glsl"
 
-// Returns the number of rays traced.
+// Returns the number of traced rays.
 uint Cross(uint number, PathState path) {
   GpuRay ray = rays[number];
   GpuHit hit = hits[number];
@@ -31,7 +31,7 @@ uint Cross(uint number, PathState path) {
     hit = FindFirstHit(ray);
     traced += 1u;
   }
-  if (fate == kMediumEnds) {  // as a path that leaves the scene without light
+  if (fate == kMediumEnds) {  // treated as a path that leaves the scene without contribution
     path.throughput = vec3(0.0f);
     hit.instance = kNoInstance;
   }

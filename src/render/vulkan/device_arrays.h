@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Uploads arrays that shaders read as storage buffers.
+/// Uploads host arrays to storage buffers.
 #pragma once
 
 #include <span>

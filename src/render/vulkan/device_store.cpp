@@ -31,7 +31,7 @@ struct ShaderCode {
   const char* name;
   std::span<const uint32_t> code;
   uint32_t images;
-  uint32_t buffers = 2;  ///< values, the list of pixels, and others
+  uint32_t buffers = 2;  ///< values, the list of pixels, and further inputs
 };
 
 /// In the order of DeviceStore's enumerators.
@@ -56,7 +56,7 @@ ShaderCode CodeOf(size_t shader) {
   return codes[shader];
 }
 
-/// The sets of a frame: three of lights, four of guides, two of virtual guides.
+/// Maximum descriptor sets per frame: three for signals, four for guides, two for virtual guides.
 constexpr uint32_t kMostSets = 9;
 constexpr gpu::SetShape kMostDescriptors = {0, 3 * 4 + (5 + 4 + 1 + 1) + 2 * 5, 0,
                                             kMostSets * 2 + 1};
@@ -69,7 +69,7 @@ struct StorePush {
   uint32_t first_image;
 };
 
-/// Signals that store_light writes at once.
+/// Number of signals per dispatch of store_light.
 constexpr uint32_t kSignalPair = 2;
 
 bool IsSparse(const RenderSettings& settings) {
@@ -97,7 +97,7 @@ Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
   const bool suits = target_ != nullptr && target_.use_count() == 1 &&
                      target_->device() == device_ && target_->shape() == shape;
   if (!suits) {
-    target_.reset();  // first, since both may not fit into memory
+    target_.reset();  // released first, since memory may not suffice for both
     Result<std::shared_ptr<gpu::DeviceFrame>> made = gpu::DeviceFrame::Create(device_, shape);
     const StatusCode code = made.status().code();
     if (code == StatusCode::kOutOfMemory || code == StatusCode::kInvalidArgument) {
@@ -110,7 +110,7 @@ Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
     STILLRAY_RETURN_IF_ERROR(sets_.CreatePool(kMostSets, kMostDescriptors));
     has_pool_ = true;
   }
-  // Images and the tracer's buffers may have changed under the same handles.
+  // Images and buffers of the tracer may have been recreated with identical handles.
   STILLRAY_RETURN_IF_ERROR(sets_.Clear());
   DescribeFrame(settings, moment, images.refraction, frame);
   return Status::Ok();
@@ -118,13 +118,14 @@ Status DeviceStore::Begin(const RenderSettings& settings, bool previous_normals,
 
 void DeviceStore::Clear(VkCommandBuffer commands, const gpu::Image* image, float value) const {
   VkClearColorValue colour = {};
-  colour.float32[0] = value;  // images of one channel, or all zero; so is the integer of an id
+  // Images have one channel or the value 0, whose bits also are the integer id 0.
+  colour.float32[0] = value;
   const VkImageSubresourceRange all = {VK_IMAGE_ASPECT_COLOR_BIT, 0, 1, 0, 1};
   device_->context().vk.CmdClearColorImage(commands, image->image, VK_IMAGE_LAYOUT_GENERAL, &colour,
                                            1, &all);
 }
 
-/// Every pixel of every image is written: pixels outside of the batches are cleared.
+/// Ensures that every pixel of every image is written: pixels outside the batches are cleared.
 void DeviceStore::RecordBegin(VkCommandBuffer commands) {
   begun_ = true;
   target_->RecordBegin(commands);
@@ -152,7 +153,7 @@ void DeviceStore::RecordBegin(VkCommandBuffer commands) {
                      VK_ACCESS_SHADER_WRITE_BIT);
 }
 
-/// One thread for each pixel of the batch.
+/// Runs a shader with one thread per pixel of the batch.
 Status DeviceStore::Run(VkCommandBuffer commands, Shader shader,
                         std::vector<const gpu::Image*> images, const Source& source,
                         const GpuBatch& batch) {

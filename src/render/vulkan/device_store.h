@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Stores a device's results for a batch of pixels in the images of a frame on the device: the
+/// Writes a device's results for a batch of pixels to the images of a frame in device memory: the
 /// counterpart of batch_store.h and of SparseFrameWriter.
 #pragma once
 
@@ -20,23 +20,24 @@ class DeviceStore {
   explicit DeviceStore(std::shared_ptr<gpu::Device> device)
       : device_(std::move(device)), sets_(&device_->context()) {}
 
-  /// Chooses images for `frame`: its own, if suitable and not referenced elsewhere, or new ones.
-  /// Its planes on the host become empty. If there is no memory for images, or the device does not
-  /// support the size, the frame has none, and active() is false.
-  /// \param previous_normals  the frame has them
-  /// \param images            its virtual guides
+  /// Selects the images of `frame`: reuses its images if they are suitable and not referenced
+  /// elsewhere, otherwise allocates new ones. Its host planes become empty. If memory is
+  /// insufficient or the device does not support the size, the frame has no images, and active() is
+  /// false.
+  /// \param previous_normals  whether the frame has Guides::previous_normal
+  /// \param images            kinds of virtual guides in the frame
   Status Begin(const RenderSettings& settings, bool previous_normals, const ImageKinds& images,
                const RenderMoment& moment, Frame* frame);
-  /// Whether a frame has begun that stays on the device.
+  /// Whether a frame in device memory is being written.
   bool active() const { return target_ != nullptr; }
-  /// Records the storing of these results of the batch.
+  /// Records commands that store the results of the batch.
   /// \param instances  GpuAccel::device_instances
   Status Record(VkCommandBuffer commands, GpuTracer* tracer, const gpu::Buffer& instances,
                 const GpuBatch& batch, const GpuTracer::Results& stored);
   /// Finishes the frame after all its batches. Does nothing unless active().
-  /// \param paths  number of pixels with light
+  /// \param paths  number of sampled pixels
   Status End(int64_t paths, Frame* frame);
-  /// Abandons the frame that has begun.
+  /// Abandons the current frame.
   void Drop() { target_.reset(); }
 
  private:
@@ -60,7 +61,7 @@ class DeviceStore {
                      const ImageKinds& kinds);
   Status StoreLight(VkCommandBuffer commands, const GpuTracer& tracer, const gpu::Buffer& sums,
                     const GpuBatch& batch);
-  /// What a shader reads of the results.
+  /// The inputs of a storing shader.
   struct Source {
     std::initializer_list<const gpu::Buffer*> buffers;
     uint32_t first_signal = 0;

@@ -5,9 +5,8 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// Visible surfaces of each pixel of the batch, through transparent ones, and their guides, as on
-// the CPU (FindPrimarySurfaces, MakeGuides). If there is only one surface, its hit is kept for the
-// paths.
+// Layers of each pixel of the batch along the primary ray, and their guides, as on the CPU
+// (FindPrimarySurfaces, MakeGuides). The hit of a single layer is kept for the paths.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/rays.glsl"
@@ -16,8 +15,8 @@
 #include "render/vulkan/previous_surface.glsl"
 #include "render/virtual_image_shared.h"
 
-// The cameras of the pixel's ray, now and one frame ago. They are made again where they are needed:
-// in ray generation shaders all that lives while a ray is traced is stored.
+// The cameras of the primary ray in the current and the previous frame. They are recomputed where
+// needed: ray generation shaders spill all live variables while a ray is traced.
 struct PixelViews {
   GpuView now;
   GpuView before;
@@ -32,7 +31,7 @@ PixelViews ViewsOf(uvec2 pixel) {
   return views;
 }
 
-// Out of the picture if the point was behind the previous camera.
+// Motion vector; leads outside the image if the point was behind the previous camera.
 vec2 MotionBetween(PixelViews views, vec3 offset, vec3 previous_offset) {
   if (dot(previous_offset, views.before.forward) <= 0.0f) {
     return 2.0f * vec2(views.before.width, views.before.height);
@@ -50,7 +49,7 @@ void SetMotion(vec2 motion, inout GpuGuides sum) {
   sum.motion_y = motion.y;
 }
 
-// Adds the albedos of a layer. \param first  it is the first one
+// Adds the albedos of a layer. \param first whether it is the first layer
 void AddAlbedos(Bsdf bsdf, SpecularAlbedo specular, float weight, bool first, inout GpuGuides sum) {
   bool separates = frame.signal_count > kSurfaceSignals;
   if (separates && !first) {
@@ -63,8 +62,9 @@ void AddAlbedos(Bsdf bsdf, SpecularAlbedo specular, float weight, bool first, in
   sum.transmission_albedo += glass ? specular.transmitted * weight : vec3(0.0f);
 }
 
-// Adds a surface with its fraction of the pixel.
-// \param first  it is the first one; \param shown  other guides are those of this one so far
+// Adds a layer to the pixel's guides.
+// \param first  whether it is the first layer; \param shown whether it provides the remaining
+//     guides so far
 void AddLayer(uvec2 pixel, CameraLayer layer, vec3 direction, bool first, bool shown,
               inout GpuGuides sum) {
   GpuInstance instance = instances[layer.hit.instance];
@@ -88,7 +88,7 @@ void AddLayer(uvec2 pixel, CameraLayer layer, vec3 direction, bool first, bool s
   }
 }
 
-// Returns the number of rays traced.
+// Returns the number of traced rays.
 uint FindGuides(uint number, uvec2 pixel) {
   PixelViews views = ViewsOf(pixel);
   vec3 direction = DirectionOf(views.now, vec2(pixel) + frame.point);

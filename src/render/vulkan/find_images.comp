@@ -5,9 +5,9 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// Virtual guides of each pixel of the batch: what its smooth surface reflects, and what is seen
-// through it, as on the CPU (FindVirtualImages). Needs the results of find_guides.comp. Threads of
-// other pixels end at once.
+// Virtual guides of each pixel of the batch: guides of the reflected and the transmitted virtual
+// image, as on the CPU (FindVirtualImages). Needs the results of find_guides.comp. Threads of
+// pixels without virtual images return immediately.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/previous_surface.glsl"
@@ -16,7 +16,7 @@
 #include "render/vulkan/queue.glsl"
 #include "render/virtual_image_shared.h"
 
-// Of the pixel's chain, in the previous frame.
+// Vertices of the pixel's chain in the previous frame.
 ChainVertex chain_vertices[kMostVertices];
 int chain_count = 0;
 
@@ -28,21 +28,21 @@ ChainVertex ChainVertexAt(int i) {
 }
 #include "render/chain_search_shared.h"
 
-// How a chain begins.
-const int kReflected = 0;    // by the visible surface
-const int kTransmitted = 1;  // likewise
-const int kBehind = 2;       // at a surface behind an alpha-blended one, where it ends too
+// First event of a chain.
+const int kReflected = 0;    // reflection by the visible surface
+const int kTransmitted = 1;  // transmission by the visible surface
+const int kBehind = 2;       // starts and ends at a surface behind an alpha-blended surface
 
 struct Chain {
-  vec3 origin;  // of its next ray
+  vec3 origin;  // origin of the next ray
   vec3 direction;
-  float distance;   // so far
+  float distance;   // length of the chain so far
   vec3 throughput;  // colour of the surfaces behind the first one
-  int ray_count;    // 0: before the visible surface
+  int ray_count;    // number of rays; 0: before the visible surface
   int begin;        // kReflected, ...
-  // Of reflections, for ReflectsVisibly:
+  // Inputs of ReflectsVisibly, set by reflections:
   float reflectance;  // SolidReflectance of the visible surface
-  float light;        // luminance of the light or sky that is seen by a single reflection
+  float light;        // luminance of an emitter or the sky seen by a single reflection
 };
 
 Chain StartChain(vec3 direction, int begin) {
@@ -77,7 +77,7 @@ ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float et
   return MakeChainVertex(triangle, PreviousPoint(instance, hit, at.position), n, n_before, eta);
 }
 
-// Continues a chain from a surface; false if it ends there.
+// Continues a chain from a surface; returns false if it ends there.
 bool Continue(GpuInstance instance, GpuHit hit, ShadingPoint at, Leaving leaving,
               inout Chain chain) {
   if (leaving.way == kChainEnds || chain.ray_count == kMostChainRays ||
@@ -103,7 +103,7 @@ void MeetLight(vec3 radiance, inout Chain chain) {
   chain.light = chain_count == 1 ? ChainLuminance(radiance) : 0.0f;
 }
 
-// The chain leaves the scene.
+// Ends a chain that leaves the scene.
 void MeetSky(inout Chain chain, inout GpuImage image, inout ChainEnd end) {
   vec3 radiance = EnvironmentRadiance(chain.direction);
   image.depth = kInfinity;
@@ -118,7 +118,7 @@ vec3 WholeAlbedo(Bsdf bsdf, SpecularAlbedo specular) {
   return min(DiffuseAlbedo(bsdf) + SumOf(specular), vec3(1.0f));
 }
 
-// The chain meets the visible surface.
+// Starts the chain at the visible surface.
 int MeetFirst(GpuInstance instance, GpuHit hit, Surface surface, Bsdf bsdf, inout Chain chain) {
   Leaving leaving = FirstReflection(bsdf);
   if (chain.begin == kTransmitted) {
@@ -129,8 +129,8 @@ int MeetFirst(GpuInstance instance, GpuHit hit, Surface surface, Bsdf bsdf, inou
   return Continue(instance, hit, surface.at, leaving, chain) ? kOnward : kNoImage;
 }
 
-// The chain meets a surface, the visible one first.
-// \param forward  cosine of the pixel's ray with the camera's axis
+// Processes a hit of the chain; its first hit is the visible surface.
+// \param forward  cosine between primary ray and view axis
 int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, inout ChainEnd end) {
   GpuInstance instance = instances[hit.instance];
   GpuMaterial material = materials[instance.material];
@@ -153,7 +153,7 @@ int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, ino
   if (!ends && Continue(instance, hit, surface.at, leaving, chain)) {
     return kOnward;
   }
-  // The emission of surfaces that the camera's ray meets is not part of the signals.
+  // The emission of surfaces along the primary ray is not part of the signals.
   bool emits = Emits(material) && !ends;
   vec3 emission = emits ? EmissionOf(material, instance, hit) : vec3(0.0f);
   image.depth = chain.distance * forward;
@@ -179,8 +179,8 @@ void SetMotion(ChainEnd end, vec3 direction, inout GpuImage image) {
 const GpuImage kNothing = GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0u, 0.0f, 0.0f, 0u, 0u);
 
 // Follows a chain from its start.
-// \param hit     of the pixel's only surface
-// \param traced  number of rays, added to
+// \param hit     hit of the pixel's only layer
+// \param traced  [in,out] number of traced rays
 GpuImage FollowChain(GpuHit hit, inout Chain chain, inout uint traced) {
   GpuImage image = kNothing;
   vec3 direction = chain.direction;
@@ -205,8 +205,8 @@ GpuImage FollowChain(GpuHit hit, inout Chain chain, inout uint traced) {
   return image;
 }
 
-// The heaviest of the layers behind the first one. Its rays repeat the camera's, and are not
-// counted again.
+// The layer of the largest weight behind the first one. It retraces the primary ray, without
+// counting these rays again.
 GpuHit HitBehind(uvec2 pixel, vec3 direction) {
   CameraWalk walk = StartPixel(pixel, frame.view.position, direction);
   CameraLayer layer;
@@ -221,7 +221,7 @@ GpuHit HitBehind(uvec2 pixel, vec3 direction) {
   return hit;
 }
 
-// Returns the number of rays traced.
+// Returns the number of traced rays.
 uint FindImages(uint number, uvec2 pixel) {
   vec3 direction = DirectionOf(frame.view, vec2(pixel) + frame.point);
   GpuHit first = first_hits[number];

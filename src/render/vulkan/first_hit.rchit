@@ -3,7 +3,7 @@
 #version 460
 #extension GL_EXT_ray_tracing : require
 
-// The first hit of a ray.
+// Stores the first hit of a ray.
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/triangle_test.glsl"
 #include "render/vulkan/hardware_set.glsl"

@@ -25,7 +25,7 @@ namespace {
 
 constexpr uint32_t kGroupSize = 64;  // local_size_x of the shader
 constexpr gpu::SetShape kBatchShape = {0, 0, 0, 2};
-/// Maximum number of pairs of buffers in use.
+/// Maximum number of ray and hit buffer pairs in use.
 constexpr uint32_t kMostBatches = 64;
 /// Bindings of scene.glsl.
 constexpr size_t kNodes = 0;
@@ -33,7 +33,7 @@ constexpr size_t kTriangles = 1;
 constexpr size_t kPlacements = 2;
 constexpr size_t kInstances = 3;
 constexpr size_t kWords = 7;
-/// In the order of those bindings.
+/// Host arrays in the order of the bindings.
 using Arrays = std::array<HostArray, GpuAccel::kSceneShape.buffers>;
 
 Arrays ArraysOf(const GpuScene& scene) {
@@ -45,11 +45,11 @@ Arrays ArraysOf(const GpuScene& scene) {
       MakeArray("energy tables", scene.energies())};
 }
 
-/// Data that Update changes: a part of the buffer of a binding.
+/// Data that Update changes: a range of a binding's buffer.
 struct MovingPart {
   size_t binding;
   const void* data;
-  size_t offset;  // in the buffer
+  size_t offset;  // offset in the buffer
   size_t bytes;
 };
 
@@ -58,7 +58,7 @@ MovingPart MakePart(size_t binding, const std::vector<T>& values, size_t first, 
   return {binding, values.data() + first, first * sizeof(T), count * sizeof(T)};
 }
 
-/// In the order of the staging buffer; their sizes never change.
+/// All dynamic ranges, in the order of the staging buffer; their sizes are constant.
 std::array<MovingPart, 6> MovingParts(const GpuScene& scene) {
   const size_t node = scene.first_deforming_node();
   const size_t triangle = scene.first_deforming_triangle();
@@ -71,7 +71,7 @@ std::array<MovingPart, 6> MovingParts(const GpuScene& scene) {
       MakePart(kInstances, scene.instances(), 0, scene.instances().size())};
 }
 
-/// Limited by the width of a launch.
+/// Maximum rays per launch of a ray tracing pipeline: the device's limit on the launch width.
 uint64_t MostRaysOfALaunch(const gpu::DeviceContext& c) {
   return std::min<uint64_t>(
       c.ray_tracing.most_rays,
@@ -136,7 +136,8 @@ Status GpuAccel::CheckLimits() const {
 }
 
 Status GpuAccel::AddBuffers() {
-  constexpr size_t kLeast = 256;  // no buffer is empty, and every structure fits into it
+  // Minimum buffer size: no buffer is empty, and every structure fits.
+  constexpr size_t kLeast = 256;
   const Arrays arrays = ArraysOf(*scene_);
   for (size_t i = 0; i < arrays.size(); ++i) {
     const VkBufferUsageFlags for_hardware =
@@ -206,7 +207,7 @@ Status GpuAccel::MakePipelines() {
   return set.status();
 }
 
-/// Creates the device's acceleration structures, and the pipelines that trace them.
+/// Creates the acceleration structures and the ray tracing pipelines.
 Status GpuAccel::MakeHardware() {
   Result<std::unique_ptr<HardwareScene>> hardware =
       HardwareScene::Create(device_, *scene_, *buffers_[kTriangles]);

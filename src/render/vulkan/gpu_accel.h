@@ -20,18 +20,19 @@
 
 namespace stillray::render {
 
-/// Whether the device has units that trace rays. Drivers offer ray tracing pipelines on some
-/// devices without, and emulate them; ray queries they offer only where there are such units.
+/// Whether the device has ray tracing units. Some drivers emulate ray tracing pipelines on devices
+/// without such units, but support ray queries only on devices with them.
 bool TracesByUnits(const gpu::DeviceInfo& info);
 
-/// Whether the camera's first hits are drawn. `kAuto` traces them on GPUs whose driver emulates ray
-/// tracing pipelines: among those are data centre GPUs with few units that draw.
+/// Whether primary hits are rasterised. `kAuto` traces them on GPUs whose driver emulates ray
+/// tracing pipelines: these include data centre GPUs with few rasterisation units.
 bool DrawsFirstHits(const gpu::DeviceInfo& info, FirstHits wanted);
 
-/// Whether textures are sampled by texture units, if those of a scene fit into their images.
+/// Whether textures are sampled by texture units, provided that the scene's textures fit into
+/// images.
 bool SamplesTextures(const gpu::DeviceInfo& info, TextureWay wanted);
 
-/// Whether rays are traced in hardware on this device.
+/// Whether rays are traced by ray tracing pipelines on this device.
 /// \return kUnsupported if it is requested and not available
 Result<bool> UsesHardware(const gpu::Device& device, TracingWay way);
 
@@ -40,7 +41,7 @@ class GpuAccel {
  public:
   /// Builds the BVH and uploads the scene; waits for completion.
   /// \param device  must outlive this
-  /// \param state   at its first moment; must outlive this
+  /// \param state   scene state at its first moment; must outlive this
   /// \return kUnsupported: an array of the scene is larger than the device's storage buffers, or
   ///     the device has too few of them per shader, or lacks the hardware ray tracing that `way`
   ///     requests, or `textures` do not fit into its images; kOutOfMemory
@@ -48,32 +49,32 @@ class GpuAccel {
                                                   TracingWay way = TracingWay::kAuto,
                                                   TextureWay textures = TextureWay::kExact);
 
-  /// Applies the current transforms and vertices of the state's instances. No
-  /// recorded work that uses this may be running. Takes effect on the device by RecordUpdate.
+  /// Applies the current transforms and vertices of the state's instances. No recorded commands
+  /// that use this may be executing. Takes effect on the device by RecordUpdate.
   Status Update();
   void RecordUpdate(VkCommandBuffer commands) const;
 
-  /// First hits, as Accel::Intersect..., including those of see-through surfaces. The rays must be
-  /// visible to the device's shader stages, and readers of the hits must wait for them
-  /// (DeviceContext::shader_stages): no barrier is recorded.
-  /// \param rays  `count` times GpuRay
-  /// \param hits  `count` times GpuHit; both are storage buffers, which must outlive this
+  /// First hits, as Accel::Intersect..., including hits of see-through surfaces. No barrier is
+  /// recorded: the rays must be visible to the device's shader stages, and readers of the hits must
+  /// synchronise with them (DeviceContext::shader_stages).
+  /// \param rays  array of `count` GpuRay
+  /// \param hits  array of `count` GpuHit; both are storage buffers, which must outlive this
   /// \return kInvalidArgument: a buffer is too small or there are too many rays for one dispatch
   Status RecordFirstHits(VkCommandBuffer commands, const gpu::Buffer& rays, const gpu::Buffer& hits,
                          uint32_t count);
-  /// Transmittance from each ray's end to its origin, as Accel::Occluded.
-  /// \param lights  `count` times three floats
+  /// Transmittance of each ray between origin and end, as Accel::Occluded.
+  /// \param lights  array of `count` times three floats
   Status RecordTransmittance(VkCommandBuffer commands, const gpu::Buffer& rays,
                              const gpu::Buffer& lights, uint32_t count);
 
   gpu::MemoryUse memory() const;
   const GpuScene& scene() const { return *scene_; }
-  /// GpuInstance of every instance, by number.
+  /// GpuInstance of every instance, by index.
   const gpu::Buffer& device_instances() const { return *buffers_[kInstances]; }
 
-  /// For other shaders that include scene.glsl: its set 0.
+  /// Shape of descriptor set 0, for other shaders that include scene.glsl.
   static constexpr gpu::SetShape kSceneShape = {.buffers = 9, .textures = 2};
-  /// And the specialisation constants of material_lookup.glsl.
+  /// The specialisation constants of material_lookup.glsl.
   const std::array<uint32_t, 2>& constants() const { return constants_; }
   bool samples_textures() const { return atlas_.has_value(); }
   VkDescriptorSet scene_set() const { return scene_set_; }
@@ -97,8 +98,8 @@ class GpuAccel {
   std::unique_ptr<GpuScene> scene_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
-  std::optional<TextureAtlas> atlas_;          // of sampled textures
-  const gpu::Image* texture_image_ = nullptr;  // one texel, if textures are not sampled
+  std::optional<TextureAtlas> atlas_;          // atlas of the sampled textures
+  const gpu::Image* texture_image_ = nullptr;  // a single texel if textures are not sampled
   std::array<uint32_t, 2> constants_{};
   gpu::Pipeline first_hits_;
   gpu::Pipeline transmittance_;
@@ -109,7 +110,8 @@ class GpuAccel {
   VkDescriptorSet scene_set_ = VK_NULL_HANDLE;
   static constexpr size_t kInstances = 3;  // the binding in scene.glsl
   std::array<const gpu::Buffer*, kSceneShape.buffers> buffers_{};
-  const gpu::Buffer* staging_ = nullptr;  // moving data: instances, what deforms, the top level
+  // Dynamic data: instances, deforming meshes, the top level.
+  const gpu::Buffer* staging_ = nullptr;
 };
 
 }  // namespace stillray::render

@@ -14,14 +14,14 @@ namespace {
 /// Bindings of lights.glsl.
 enum Binding : size_t { kShapes, kEntries, kAreas, kFirstAreas, kPunctuals, kSums, kTexels };
 
-/// The uniform block.
+/// Layout of the uniform block.
 struct Shapes {
   EnvironmentShape environment;
   LightShape lights;
 };
 
 constexpr uint32_t kNoArea = 0xffffffffu;
-/// No buffer is empty, and every structure fits into it.
+/// Minimum buffer size: no buffer is empty, and every structure fits.
 constexpr size_t kLeastBytes = 256;
 
 std::vector<float> TexelsOf(const Environment& environment) {
@@ -46,7 +46,7 @@ std::vector<uint32_t> FirstAreasOf(const LightSet& lights) {
   return out;
 }
 
-/// Data that Update changes; the arrays never grow.
+/// Data that Update changes; array sizes are constant.
 struct MovingPart {
   Binding binding;
   const void* data;

@@ -20,13 +20,13 @@ class GpuLights {
  public:
   /// Uploads the static data; waits for completion.
   /// \param device, lights  must outlive this; `lights` up to date
-  /// \param environment     the scene's
+  /// \param environment     environment of the scene
   /// \return kUnsupported: an array is larger than the device's storage buffers; kOutOfMemory
   static Result<std::unique_ptr<GpuLights>> Create(gpu::Device* device, const LightSet& lights,
                                                    const Environment& environment);
 
-  /// Applies the current lights. No recorded work that uses this may be running. Takes effect on
-  /// the device by RecordUpdate.
+  /// Applies the current lights. No recorded commands that use this may be executing. Takes effect
+  /// on the device by RecordUpdate.
   Status Update();
   void RecordUpdate(VkCommandBuffer commands) const;
 
@@ -46,7 +46,7 @@ class GpuLights {
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   std::array<const gpu::Buffer*, kBufferCount> buffers_{};
-  const gpu::Buffer* staging_ = nullptr;  // moving data: shapes, entries, areas, punctual lights
+  const gpu::Buffer* staging_ = nullptr;  // dynamic data: shapes, entries, areas, punctual lights
 };
 
 }  // namespace stillray::render

@@ -20,7 +20,7 @@
 namespace stillray::render {
 namespace {
 
-/// Vertices farther out, or NaN, are not part of any hit (Embree's bound).
+/// Triangles with a vertex coordinate beyond this bound, or NaN, are never hit (Embree's bound).
 constexpr float kFarthestVertex = 1.844e18f;
 
 bool Usable(vec3 p) {
@@ -51,8 +51,8 @@ void AppendTriangles(const PlacedInstance& placed, const vec3* positions, uint32
   }
 }
 
-/// Bounds of a transformed box, slightly enlarged: transforming rays to the box's space rounds as
-/// well.
+/// Bounds of a transformed box, slightly enlarged to cover the rounding of rays transformed to the
+/// box's space.
 Aabb PlaceBox(const Aabb& box, const mat4& world) {
   Aabb placed;
   for (int corner = 0; corner < 8; ++corner) {
@@ -215,8 +215,8 @@ Status GpuScene::AddMeshes() {
   return Status::Ok();
 }
 
-/// Instances in a pose that stays have its vertices; for others room is made for those of two
-/// moments.
+/// Adds the deformed vertices of instances with a constant pose, and allocates space for the
+/// vertices of two moments for all other deforming instances.
 Status GpuScene::AddDeformedVertices() {
   const auto add = [&](const void* values, size_t words) {
     const size_t first = words_.size();
@@ -280,8 +280,8 @@ void GpuScene::UpdateVertices(size_t i) {
   to.previous_normals = changed ? previous_arrays_[i][1] : to.normals;
 }
 
-/// Moves the triangles of an instance that deforms, and the boxes around them. A tree built again
-/// would be better, but a build takes one thread longer than a frame should last.
+/// Updates the triangles of a deforming instance and refits its tree. A rebuilt tree would be
+/// better, but takes one thread longer than the duration of a frame.
 void GpuScene::UpdateBottom(Bottom* bottom) {
   const PlacedInstance& placed = state_.instance(bottom->instance);
   if (bottom->shape == placed.shape) {
@@ -464,7 +464,7 @@ Status GpuScene::AddStatic() {
 
 Status GpuScene::BuildBottomLevels() {
   const Scene& scene = state_.scene();
-  // Inner nodes have two children or more, except a root above a single leaf.
+  // Inner nodes have at least two children, except a root above a single leaf.
   top_nodes_ = scene.instances.size() + 1;
   nodes_.resize(top_nodes_);
   bottoms_.reserve(scene.instances.size() + 1);  // pointers to elements must stay valid
@@ -502,7 +502,8 @@ Status GpuScene::AddMoving() {
   return Status::Ok();
 }
 
-/// Trees over the rest pose, whose limbs lie apart; UpdateBottom adapts them to every moment.
+/// Builds trees over the rest pose, whose limbs are separated; UpdateBottom refits them at every
+/// moment.
 Status GpuScene::AddDeforming() {
   first_deforming_group_ = groups_.size();
   first_deforming_node_ = nodes_.size();
@@ -548,7 +549,7 @@ Status GpuScene::Update() {
   std::vector<Placement> placed;
   for (const Bottom& bottom : bottoms_) {
     if (!Usable(bottom.bounds.min)) {
-      continue;  // no triangle
+      continue;  // the mesh has no triangles
     }
     mat4 to_object(1.0f);
     Aabb box = bottom.bounds;

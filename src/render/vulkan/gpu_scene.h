@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// A scene as the arrays for shaders.
+/// A scene as arrays for storage buffers.
 #pragma once
 
 #include <array>
@@ -21,21 +21,21 @@ struct TriangleGroup {
   uint32_t opaque = 0;
 };
 
-/// All static instances share one bottom level, in world space; every moving mesh has its own,
-/// shared by its instances, and every instance that deforms. The latter are last in all arrays. The
-/// nodes start with the top level, which has a fixed size so that it can be rebuilt when instances
-/// move.
+/// All static instances share one bottom level, in world space. Every moving mesh has a bottom
+/// level shared by its instances; every deforming instance has its own. Data of deforming instances
+/// is last in all arrays. The nodes start with the top level, which has a fixed size so that it can
+/// be rebuilt when instances move.
 class GpuScene {
  public:
-  /// \param state  at its first moment; must outlive this
-  /// \param atlas  of the scene's textures, which are sampled; nullptr: their texels are in
+  /// \param state  scene state at its first moment; must outlive this
+  /// \param atlas  atlas of the scene's textures if they are sampled; nullptr: their texels are in
   ///     texels()
   /// \return kOutOfMemory; kUnsupported: too large for the indices, too deep
   static Result<std::unique_ptr<GpuScene>> Create(const SceneState& state,
                                                   const TextureAtlas* atlas = nullptr);
 
-  /// Rebuilds the top level and the instances for the state's moment; bottom levels of instances
-  /// that deform are adapted.
+  /// Rebuilds the top level and the instances for the state's moment; refits the bottom levels of
+  /// deforming instances.
   Status Update();
 
   const std::vector<BvhNode>& nodes() const { return nodes_; }
@@ -43,31 +43,32 @@ class GpuScene {
   const std::vector<BvhTriangle>& triangles() const { return triangles_; }
   /// In the order of the triangles; none is empty.
   const std::vector<TriangleGroup>& groups() const { return groups_; }
-  /// What deforms begins at these elements of groups(), nodes() and triangles(), and is all that
-  /// follows; and of words(), where it is deforming_word_count().
+  /// Index of the first element of deforming instances in groups(), nodes() and triangles(), where
+  /// it extends to the end, and in words(), where it has deforming_word_count() elements.
   size_t first_deforming_group() const { return first_deforming_group_; }
   size_t first_deforming_node() const { return first_deforming_node_; }
   size_t first_deforming_triangle() const { return first_deforming_triangle_; }
   size_t first_deforming_word() const { return first_deforming_word_; }
   size_t deforming_word_count() const { return deforming_words_; }
-  /// Of maximum size; only the first placed_count() are valid.
+  /// Has its maximum size; only the first placed_count() elements are valid.
   const std::vector<Placement>& placements() const { return placements_; }
   size_t placed_count() const { return placed_count_; }
   const std::vector<GpuInstance>& instances() const { return instances_; }
   const std::vector<GpuMaterial>& materials() const { return materials_; }
   /// Whether any material has GpuLayers.
   bool with_layers() const { return with_layers_; }
-  bool with_media() const { return with_media_; }  ///< any that scatter
+  bool with_media() const { return with_media_; }  ///< whether any material has a scattering medium
   const std::vector<GpuTexture>& textures() const { return textures_; }
   const std::vector<uint32_t>& texels() const { return texels_; }
   const std::vector<uint32_t>& words() const { return words_; }
   const std::vector<float>& energies() const { return energies_; }
   const LensMasks& lens_masks() const { return lens_masks_; }
-  /// Offset in words() of the sums of the mask of a texture; 0 if it is none.
+  /// Offset in words() of the cumulative sums of a texture's lens mask; 0 if the texture is no
+  /// mask.
   uint32_t LensMaskWords(int texture) const;
 
  private:
-  /// The bottom level of an instance, or of all static ones.
+  /// The bottom level of an instance, or of all static instances.
   struct Bottom {
     uint32_t instance = kNoInstance;
     uint32_t root = 0;
@@ -75,7 +76,7 @@ class GpuScene {
     TriangleGroup group;
     Aabb bounds;
     bool deforms = false;
-    uint64_t shape = 0;  // of the boxes, if it deforms
+    uint64_t shape = 0;  // PlacedInstance::shape of the current boxes, if deforming
   };
 
   explicit GpuScene(const SceneState& state) : state_(state), lens_masks_(state.scene()) {}
@@ -110,7 +111,7 @@ class GpuScene {
   size_t first_deforming_triangle_ = 0;
   size_t first_deforming_word_ = 0;
   size_t deforming_words_ = 0;
-  std::vector<std::array<uint32_t, 2>> previous_arrays_;  // by instance, if it deforms
+  std::vector<std::array<uint32_t, 2>> previous_arrays_;  // by instance, if deforming
   std::vector<Placement> placements_;
   size_t placed_count_ = 0;
   std::vector<GpuInstance> instances_;

@@ -106,7 +106,7 @@ size_t GpuTracer::BytesPerPixel(const TracerParts& parts) {
   return std::accumulate(bytes.begin(), bytes.end(), size_t{0});
 }
 
-/// Of a batch: a storage buffer has a largest size, and a dispatch a largest number of groups.
+/// Maximum pixels of a batch, from the device's limits on storage buffer size and workgroup count.
 uint32_t GpuTracer::MostPixels() const {
   const VkPhysicalDeviceLimits& limits = device_->context().limits;
   const std::array<size_t, kBindingCount> bytes = RecordBytes(parts_);
@@ -127,7 +127,7 @@ Status GpuTracer::AddBuffers() {
   struct Want {
     Binding binding;
     VkBufferUsageFlags usage = kStorage;
-    size_t bytes = 0;  // in all; 0: a record for each pixel
+    size_t bytes = 0;  // total size; 0: one record per pixel
   };
   const Want wants[] = {
       {kFrame, VK_BUFFER_USAGE_UNIFORM_BUFFER_BIT, sizeof(GpuFrame)},
@@ -189,8 +189,7 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
   tracer->capacity_ =
       std::max(std::min(most_pixels, tracer->MostPixels()) / kGroupSize, 1u) * kGroupSize;
   STILLRAY_RETURN_IF_ERROR(tracer->AddBuffers());
-  // `sets_` creates the layouts of the other sets as well, for the pipelines; those sets belong to
-  // other classes.
+  // `sets_` also creates the layouts of the other classes' sets, for the pipelines.
   const Result<VkDescriptorSet> set = tracer->sets_.CreateSingle(kShape, tracer->buffers_);
   STILLRAY_RETURN_IF_ERROR(set.status());
   tracer->set_ = *set;
@@ -200,7 +199,7 @@ Result<std::unique_ptr<GpuTracer>> GpuTracer::Create(gpu::Device* device, const 
   return tracer;
 }
 
-/// Layouts of the sets that all shaders use.
+/// Descriptor set layouts of all shaders.
 Result<std::vector<VkDescriptorSetLayout>> GpuTracer::Layouts() {
   std::vector<VkDescriptorSetLayout> layouts;
   for (const gpu::SetShape& shape : {GpuAccel::kSceneShape, GpuLights::kShape, kShape}) {
@@ -211,7 +210,7 @@ Result<std::vector<VkDescriptorSetLayout>> GpuTracer::Layouts() {
   return layouts;
 }
 
-/// In advance: creating them submits commands.
+/// Created in advance, since their creation submits commands.
 Status GpuTracer::MakeHardwarePipelines() {
   Result<std::vector<VkDescriptorSetLayout>> layouts = Layouts();
   STILLRAY_RETURN_IF_ERROR(layouts.status());
@@ -233,7 +232,7 @@ Status GpuTracer::MakeHardwarePipelines() {
   return Status::Ok();
 }
 
-/// Barrier between all earlier writes and later accesses.
+/// Records a barrier between all earlier writes and later accesses.
 void GpuTracer::Wait(VkCommandBuffer commands) const {
   gpu::MemoryBarrier(
       device_->context(), commands, device_->context().shader_stages, VK_ACCESS_SHADER_WRITE_BIT,
@@ -274,7 +273,7 @@ void GpuTracer::BindHardware(VkCommandBuffer commands, Shader shader, const GpuB
   by_hardware_[shader]->Bind(commands, bound, &batch, sizeof(batch));
 }
 
-/// One thread for each pixel of the batch, or a single one for kAdvance.
+/// Dispatches one thread per pixel of the batch, or a single thread for kAdvance.
 Status GpuTracer::Dispatch(VkCommandBuffer commands, Shader shader, const GpuBatch& batch) {
   if (by_hardware_[shader] != nullptr) {
     BindHardware(commands, shader, batch);
@@ -352,7 +351,7 @@ Status GpuTracer::RecordStart(VkCommandBuffer commands, GpuBatch batch, bool ref
   return Status::Ok();
 }
 
-/// The next hits of the paths that go on after the step of GpuBatch::phase.
+/// Records the next hits of the paths that survive the step of GpuBatch::phase.
 Status GpuTracer::RecordNextHits(VkCommandBuffer commands, const GpuBatch& batch) {
   const uint32_t next = kQueueActive + 1 - batch.phase;
   Mark(commands, kTimeBounces);
@@ -365,7 +364,7 @@ Status GpuTracer::RecordNextHits(VkCommandBuffer commands, const GpuBatch& batch
   return Status::Ok();
 }
 
-/// Steps of the paths of GpuBatch::part from `first_step` on.
+/// Records the steps of the paths of GpuBatch::part from `first_step` on.
 Status GpuTracer::RecordPart(VkCommandBuffer commands, GpuBatch batch, const SampleOptions& options,
                              int first_step) {
   for (int step = first_step; step < options.steps; ++step) {
@@ -393,7 +392,7 @@ Status GpuTracer::RecordPart(VkCommandBuffer commands, GpuBatch batch, const Sam
   return Status::Ok();
 }
 
-/// Goes on with the paths that were left after `steps`.
+/// Resumes paths that were unfinished after `steps` steps.
 Status GpuTracer::RecordResumption(VkCommandBuffer commands, GpuBatch batch, int steps) {
   const auto parity = static_cast<uint32_t>(steps % 2);
   batch.phase = kPhaseResume + parity;

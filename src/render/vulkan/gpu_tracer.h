@@ -1,13 +1,14 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Guides and paths of batches of pixels in compute shaders, except for rays that GpuAccel traces
-/// in hardware: the counterpart of TraceSample on the CPU, with the same steps, random numbers and
-/// lights.
+/// Wavefront path tracing of batches of pixels in compute shaders, with guides; GpuAccel may trace
+/// the rays by ray tracing pipelines. The counterpart of TraceSample on the CPU, with equal steps,
+/// random numbers and lights.
 ///
-/// A batch advances in common steps, each in separate dispatches: shading, shadow rays, next hits.
-/// Rays are traced by shaders that do nothing else and evaluate only the opacity of materials, so
-/// that both ways of tracing are interchangeable; surviving paths are compacted between the steps.
+/// All paths of a batch advance step by step, with separate dispatches for shading, shadow rays and
+/// next hits. Rays are traced by dedicated shaders that evaluate only the opacity of materials, so
+/// that compute shaders and ray tracing pipelines are interchangeable; surviving paths are
+/// compacted between the steps.
 #pragma once
 
 #include <array>
@@ -24,7 +25,7 @@
 
 namespace stillray::render {
 
-/// Names of parts of the device time.
+/// Names of timed parts of the device time.
 inline constexpr const char* kTimeRaster = "trace: rasterised hits";
 inline constexpr const char* kTimeGuides = "trace: guides";
 inline constexpr const char* kTimeImages = "trace: virtual guides";
@@ -33,9 +34,9 @@ inline constexpr const char* kTimeShadows = "trace: shadow rays";
 inline constexpr const char* kTimeBounces = "trace: bounce rays";
 inline constexpr const char* kTimeStore = "trace: storing";
 
-/// What frames may have beside the light and the guides of their surfaces.
+/// Optional outputs and features of frames beside radiance and surface guides.
 struct TracerParts {
-  bool lens = false;       ///< a lens, whose samples have guides of their own
+  bool lens = false;       ///< a lens, with guides per sample
   bool images = false;     ///< virtual guides
   bool separates = false;  ///< transmitted light is separate, and has virtual guides
   bool to_host = false;    ///< results are copied to the host
@@ -51,51 +52,56 @@ struct TracerParts {
 class GpuTracer {
  public:
   /// \param device, accel, lights, visibility  must outlive this; without `visibility` (nullptr)
-  ///     all camera rays are traced
-  /// \param parts        that there is memory for
-  /// \param most_pixels  of a batch; fewer if the device's storage buffers or dispatches are small
+  ///     all primary rays are traced
+  /// \param parts        features for which memory is allocated
+  /// \param most_pixels  maximum pixels of a batch; reduced by the device's limits on storage
+  ///     buffers and dispatches
   static Result<std::unique_ptr<GpuTracer>> Create(gpu::Device* device, const GpuAccel* accel,
                                                    const GpuLights* lights,
                                                    const Visibility* visibility,
                                                    uint32_t most_pixels, const TracerParts& parts);
 
-  /// Bytes of the device's memory for each pixel of a batch.
+  /// Bytes of device memory per pixel of a batch.
   static size_t BytesPerPixel(const TracerParts& parts);
-  /// Pixels of a batch, a multiple of kGroupSize.
+  /// Maximum number of pixels of a batch, a multiple of kGroupSize.
   uint32_t capacity() const { return capacity_; }
   const TracerParts& parts() const { return parts_; }
-  /// Mapped positions of the pixels of a batch that is `listed`: x in the lower half, y in the
-  /// upper. Of size capacity().
+  /// Mapped array of capacity() pixel positions for a `listed` batch: x in the lower 16 bits, y in
+  /// the upper.
   uint32_t* listed_pixels() { return static_cast<uint32_t*>(listed_->mapped); }
 
   /// Begins a submission with the state common to its batches. Earlier commands must have finished.
   /// RecordNextBatch is called between two batches.
-  /// \param resumes  the first batch is that whose paths the last submission has left
+  /// \param resumes  the first batch continues the unfinished paths of the last submission
   void RecordBegin(VkCommandBuffer commands, const GpuFrame& frame, bool resumes,
                    gpu::Timestamps* times);
-  /// What follows overwrites the buffers of the batch before, whose results have been stored.
+  /// Separates two batches: later commands overwrite the buffers of the previous batch, whose
+  /// results must have been stored.
   void RecordNextBatch(VkCommandBuffer commands) const { Wait(commands); }
-  /// Rasterises the visible triangles, for the batches of a frame with `rasterised`.
+  /// Rasterises the visible triangles, for frames with GpuFrame::rasterised.
   void RecordVisibility(VkCommandBuffer commands, const GpuFrame& frame);
-  /// Guides of the batch, and the starting points of its paths; with a lens those of the batch's
+  /// Computes the guides of the batch and the first hits of its paths; with a lens, for the batch's
   /// sample.
   Status RecordGuides(VkCommandBuffer commands, const GpuBatch& batch);
-  /// Virtual guides of the batch, after its guides. Only if parts() have them, and without a lens.
+  /// Computes the virtual guides of the batch, after its guides. Only if parts() include images,
+  /// and without a lens.
   Status RecordImages(VkCommandBuffer commands, const GpuBatch& batch);
-  /// How RecordSample traces.
+  /// Options of RecordSample.
   struct SampleOptions {
-    /// Number to record, at least 1. If a path has more, counters().left is above 0: then nothing
-    /// later in the submission was done, and the next one resumes these paths.
+    /// Number of steps to record, at least 1. If a path needs more, counters().left is above 0:
+    /// later commands of the submission have had no effect, and the next submission resumes these
+    /// paths.
     int steps = 0;
-    int most_steps = 0;      ///< that a path may have (MostSteps)
-    int resumed_steps = 0;   ///< 0: the sample begins; else paths are left after so many
-    int resumed_part = 0;    ///< of the sample; those before are finished
+    int most_steps = 0;  ///< maximum number of steps of a path (MostSteps)
+    /// 0: the sample starts; otherwise it resumes paths after this many steps.
+    int resumed_steps = 0;
+    int resumed_part = 0;    ///< part of the sample to resume; earlier parts are finished
     bool first = false;      ///< starts new sums with this sample
-    bool single = false;     ///< the only one, without a lens: it is not added to sums
+    bool single = false;     ///< the only sample, without a lens: it is not added to sums
     bool reference = false;  ///< needs no guides
     bool separates = false;  ///< GpuFrame::signal_count is kAllSignals
   };
-  /// One sample of the batch, whose guides are known.
+  /// Traces one sample of the batch, whose guides have been computed.
   Status RecordSample(VkCommandBuffer commands, const GpuBatch& batch,
                       const SampleOptions& options);
   /// Begins a timed part of the submission.
@@ -105,14 +111,14 @@ class GpuTracer {
     bool guides = false;
     ImageKinds images;
     bool sums = false;
-    bool single = false;  ///< the sums are the light of a sample that was not added (SampleOptions)
+    bool single = false;  ///< sums are the radiance of a single sample (SampleOptions::single)
     uint32_t signals = kSurfaceSignals;  ///< GpuFrame::signal_count
   };
-  /// Copies results of the last batch (only if parts() have them on the host) and the counters of
-  /// the submission to the host; ends it.
+  /// Ends the submission: copies its counters and, with TracerParts::to_host, the results of the
+  /// last batch to the host.
   void RecordEnd(VkCommandBuffer commands, const GpuBatch& batch, const Results& copied);
 
-  /// Of the last submission, after it has finished and Invalidate was called.
+  /// Results of the last submission, valid after it has finished and Invalidate was called.
   Status Invalidate() const { return arena_.Invalidate(); }
   const GpuGuides* guides() const { return static_cast<const GpuGuides*>(host_guides_->mapped); }
   const GpuImage* reflections() const { return static_cast<const GpuImage*>(host_images_->mapped); }
@@ -125,7 +131,7 @@ class GpuTracer {
   Status Flush() const { return arena_.Flush(); }
 
   gpu::MemoryUse memory() const { return arena_.Need(); }
-  /// Buffers of the current batch, in the order of its pixels, for shaders that process the
+  /// Device buffers of the current batch, in the order of its pixels, for shaders that process the
   /// results.
   const gpu::Buffer& device_guides() const { return *buffers_[kGuides]; }
   const gpu::Buffer& device_images() const { return *buffers_[kImages]; }
@@ -181,7 +187,7 @@ class GpuTracer {
         arena_(&device->context()),
         sets_(&device->context()) {}
   Status CheckLimits() const;
-  /// Bytes of each pixel's record in every buffer; 0 for those of another size.
+  /// Bytes of the per-pixel record in every buffer; 0 for buffers without per-pixel records.
   static std::array<size_t, kBindingCount> RecordBytes(const TracerParts& parts);
   uint32_t MostPixels() const;
   Status AddBuffers();
@@ -204,23 +210,24 @@ class GpuTracer {
   const GpuLights* lights_;
   const Visibility* visibility_;
   uint32_t capacity_ = 0;
-  std::array<uint32_t, 2> constants_{};  // of GpuAccel
+  std::array<uint32_t, 2> constants_{};  // GpuAccel::constants
   TracerParts parts_;
   gpu::Arena arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
   std::array<std::optional<gpu::Pipeline>, kShaderCount> pipelines_;  // created when first used
-  std::array<std::unique_ptr<gpu::RayPipeline>, kShaderCount> by_hardware_;  // or null
+  // Null if traced in compute shaders.
+  std::array<std::unique_ptr<gpu::RayPipeline>, kShaderCount> by_hardware_;
   std::array<const gpu::Buffer*, kBindingCount> buffers_{};
   const gpu::Buffer* listed_ = nullptr;
   const gpu::Buffer* host_guides_ = nullptr;
   const gpu::Buffer* host_images_ = nullptr;
   const gpu::Buffer* host_sums_ = nullptr;
   const gpu::Buffer* host_counters_ = nullptr;
-  gpu::Timestamps* times_ = nullptr;  // of the submission being recorded
+  gpu::Timestamps* times_ = nullptr;  // timestamps of the submission being recorded
 };
 
-/// Maximum number of surfaces on a path: `bounces` beside the first and the last one, and the free
+/// Maximum number of surfaces on a path: the first, the last, `bounces` between them, and the free
 /// events if any surface is transparent or refracts.
 int MostSteps(const Scene& scene, int bounces);
 

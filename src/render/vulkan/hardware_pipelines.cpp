@@ -26,7 +26,7 @@ namespace {
 #define STILLRAY_CODE(name) \
   { shaders::kHardware##name, shaders::kHardware##name##Words }
 
-/// Callees of shaders that find first hits.
+/// Adds the hit and miss shaders of first-hit queries.
 void AddFirstHit(gpu::RayPipelineInfo* info) {
   info->miss = STILLRAY_CODE(Miss);
   info->closest_hit = STILLRAY_CODE(ClosestHit);

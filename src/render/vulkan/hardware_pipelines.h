@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The shaders that trace rays, as hardware ray tracing pipelines.
+/// The shaders that trace rays, as Vulkan ray tracing pipelines.
 #pragma once
 
 #include <memory>
@@ -12,15 +12,15 @@
 namespace stillray::render {
 
 enum class HardwareShader : uint8_t {
-  kFirstHits,      ///< of batches of rays (GpuAccel)
-  kTransmittance,  ///< the same
-  kFindGuides,     ///< of the tracer, like all that follow
+  kFirstHits,      ///< first hits of a batch of rays (GpuAccel)
+  kTransmittance,  ///< transmittance of a batch of rays (GpuAccel)
+  kFindGuides,     ///< this and all later shaders belong to GpuTracer
   kFindImages,
   kTraceShadows,
   kTraceNext,
 };
 
-/// \param sets  of the shader, with HardwareScene::kShape as the last one
+/// \param sets  layouts of the shader's descriptor sets, with that of HardwareScene::kShape last
 /// \param constants  GpuAccel::constants
 Result<std::unique_ptr<gpu::RayPipeline>> MakeHardwarePipeline(
     gpu::Device* device, HardwareShader shader, std::span<const VkDescriptorSetLayout> sets,

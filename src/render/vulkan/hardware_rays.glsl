@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Rays traced in hardware. Needs scene.glsl and material_lookup.glsl.
+// Ray queries by ray tracing pipelines. Needs scene.glsl and material_lookup.glsl.
 #include "render/vulkan/triangle_test.glsl"
 #include "render/vulkan/hardware_set.glsl"
 
@@ -12,11 +12,10 @@ layout(location = 1) rayPayloadEXT HardwareShadow shadow_ray;
 const float kLeastDistance = 1e-37f;
 // Larger than any distance, but finite.
 const float kMostDistance = 3e38f;
-// A hit exactly at the end of a ray counts: the hardware may miss it, so it searches slightly
-// further.
+// Hits exactly at the end of a ray count, but traceRayEXT may miss them: tmax is slightly larger.
 const float kEndScale = 1.0f + 4.0f * 1.1920929e-7f;
 
-// Whether the ray is valid for the hardware, whose behaviour is otherwise undefined.
+// Whether the ray is valid for traceRayEXT, whose behaviour is otherwise undefined.
 bool IsTraceable(GpuRay ray) {
   vec3 sum = ray.origin + ray.direction;
   bool finite = !any(isnan(sum)) && !any(isinf(sum));
@@ -38,7 +37,7 @@ GpuHit FindFirstHit(GpuRay ray) {
   return hit.t <= ray.end ? hit : miss;
 }
 
-// Transmittance from the ray's end to its origin, per channel in 0..1.
+// Transmittance between the ray's origin and end, per channel in 0..1.
 vec3 FindTransmittance(GpuRay ray) {
   if (!IsTraceable(ray)) {
     return vec3(1.0f);

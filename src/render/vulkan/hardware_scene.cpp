@@ -15,14 +15,14 @@ namespace {
 
 using Instance = VkAccelerationStructureInstanceKHR;
 
-/// Limit of the instances' custom index, which holds the placement.
+/// Limit of the instance custom index (24 bits), which holds the placement.
 constexpr size_t kMostPlacements = size_t{1} << 24;
 
 VkDeviceAddress AlignUp(VkDeviceAddress address, VkDeviceAddress alignment) {
   return (address + alignment - 1) / alignment * alignment;
 }
 
-/// The indices of all triangles, within each group the opaque ones first.
+/// The indices of all triangles, sorted opaque first within each group.
 std::vector<uint32_t> OrderOf(const GpuScene& scene) {
   std::vector<uint32_t> order(scene.triangles().size());
   for (const TriangleGroup& group : scene.groups()) {
@@ -35,7 +35,7 @@ std::vector<uint32_t> OrderOf(const GpuScene& scene) {
   return order;
 }
 
-/// Indices of the corners of triangles, three for each.
+/// Vertex indices, three per triangle.
 std::vector<uint32_t> CornersOf(std::span<const uint32_t> order) {
   std::vector<uint32_t> corners;
   corners.reserve(3 * order.size());
@@ -45,7 +45,7 @@ std::vector<uint32_t> CornersOf(std::span<const uint32_t> order) {
   return corners;
 }
 
-/// One build of a structure and its inputs. Not copied.
+/// Inputs of one acceleration structure build. Not copyable.
 struct Build {
   VkAccelerationStructureBuildGeometryInfoKHR info = {};
   std::array<VkAccelerationStructureGeometryKHR, 2> geometries = {};
@@ -81,8 +81,9 @@ struct Build {
   }
 };
 
-/// A group of triangles. Both geometries always exist, so that their indices distinguish them.
-/// \param indices  three for each entry of the order from `first_entry` on
+/// Describes the build of a triangle group. Both geometries always exist, so that the geometry
+/// index tells opaque from see-through triangles.
+/// \param indices  three vertex indices per entry of the order from `first_entry` on
 void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAddress triangles,
                     VkDeviceAddress indices, uint32_t first_entry,
                     VkBuildAccelerationStructureFlagsKHR flags, Build* build) {
@@ -107,11 +108,11 @@ void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAd
   }
 }
 
-/// Of groups that keep their shape.
+/// Build flags of groups that do not deform.
 constexpr VkBuildAccelerationStructureFlagsKHR kKept =
     VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_TRACE_BIT_KHR |
     VK_BUILD_ACCELERATION_STRUCTURE_ALLOW_COMPACTION_BIT_KHR;
-/// Of groups that are built again for every frame.
+/// Build flags of groups that are rebuilt every frame.
 constexpr VkBuildAccelerationStructureFlagsKHR kRebuilt =
     VK_BUILD_ACCELERATION_STRUCTURE_PREFER_FAST_BUILD_BIT_KHR;
 
@@ -185,7 +186,7 @@ VkTransformMatrixKHR TransformOf(const GpuScene& scene, const Placement& placeme
 
 Status AddBuffer(gpu::Arena* arena, size_t bytes, VkBufferUsageFlags usage, gpu::BufferPlace place,
                  const gpu::Buffer** out) {
-  constexpr size_t kLeast = 256;  // none is empty
+  constexpr size_t kLeast = 256;  // minimum buffer size: no buffer is empty
   const Result<const gpu::Buffer*> buffer = arena->AddBuffer(std::max(bytes, kLeast), usage, place);
   if (buffer.ok()) {
     *out = *buffer;
@@ -239,9 +240,9 @@ Status HardwareScene::AddBuffers() {
 
 /// Inputs and scratch memory of the bottom levels' builds; freed after compaction.
 struct HardwareScene::BottomBuffers {
-  const gpu::Buffer* corners = nullptr;  // three indices for each entry of the order
+  const gpu::Buffer* corners = nullptr;  // three vertex indices per entry of the order
   const gpu::Buffer* scratch = nullptr;
-  std::vector<const gpu::Buffer*> structures;  // of the scene's groups
+  std::vector<const gpu::Buffer*> structures;  // uncompacted structures of the groups
 };
 
 Status HardwareScene::BuildBottoms(const gpu::Buffer& triangles,
@@ -341,7 +342,7 @@ Status HardwareScene::Compact(std::span<const gpu::Acceleration> loose) {
   return device_->Run();
 }
 
-/// Creates what RecordDeforming builds.
+/// Creates the structures that RecordDeforming builds.
 Status HardwareScene::MakeDeforming(const gpu::Buffer& triangles,
                                     const std::vector<uint32_t>& order) {
   const gpu::DeviceContext& c = device_->context();

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The scene as the device's acceleration structures, for hardware ray tracing.
+/// The scene as Vulkan acceleration structures, for ray tracing pipelines.
 #pragma once
 
 #include <memory>
@@ -17,15 +17,16 @@
 namespace stillray::render {
 
 /// Bottom levels over the triangles of the compute shaders' BVH, which are not copied: one for all
-/// static instances, one for each moving mesh, one for each instance that deforms. The last, and a
-/// top level of the placements, are rebuilt on the device when instances move. Opaque triangles and
-/// others are separate geometries: any-hit shaders run for the latter only.
+/// static instances, one per moving mesh, one per deforming instance. The bottom levels of
+/// deforming instances and the top level of the placements are rebuilt on the device when instances
+/// move. Opaque and see-through triangles are separate geometries: any-hit shaders run only for
+/// see-through ones.
 class HardwareScene {
  public:
   /// Builds the bottom levels; waits for completion.
   /// \param device     must support ray tracing
-  /// \param triangles  of the scene, on the device, created with kTriangleUsage
-  /// All must outlive this.
+  /// \param triangles  device buffer of the scene's triangles, created with kTriangleUsage
+  /// All arguments must outlive this.
   /// \return kUnsupported: more triangles or instances than the device supports; kOutOfMemory
   static Result<std::unique_ptr<HardwareScene>> Create(gpu::Device* device, const GpuScene& scene,
                                                        const gpu::Buffer& triangles);
@@ -33,12 +34,13 @@ class HardwareScene {
       VK_BUFFER_USAGE_ACCELERATION_STRUCTURE_BUILD_INPUT_READ_ONLY_BIT_KHR |
       VK_BUFFER_USAGE_SHADER_DEVICE_ADDRESS_BIT;
 
-  /// Applies the scene's placements. Takes effect by RecordUpdate; no work may be running.
+  /// Applies the scene's placements. Takes effect by RecordUpdate; no commands that use this may be
+  /// executing.
   Status Update();
-  /// Builds the top level, with barriers to earlier and later tracing.
+  /// Records the build of the top level, with barriers against earlier and later tracing.
   void RecordUpdate(VkCommandBuffer commands) const;
 
-  /// The descriptors of hardware_set.glsl.
+  /// Shape of the descriptor set of hardware_set.glsl.
   static constexpr gpu::SetShape kShape = {0, 0, 0, 1, 1};
   VkDescriptorSet set() const { return set_; }
   gpu::MemoryUse memory() const;
@@ -70,9 +72,9 @@ class HardwareScene {
   gpu::Arena deforming_arena_;
   gpu::DescriptorSets sets_;
   VkDescriptorSet set_ = VK_NULL_HANDLE;
-  std::vector<gpu::Acceleration> bottoms_;    // of the scene's groups
-  std::vector<gpu::Acceleration> deforming_;  // of the groups behind those
-  const gpu::Buffer* triangles_ = nullptr;    // inputs of their builds
+  std::vector<gpu::Acceleration> bottoms_;    // bottom levels of the groups that do not deform
+  std::vector<gpu::Acceleration> deforming_;  // bottom levels of the deforming groups
+  const gpu::Buffer* triangles_ = nullptr;    // inputs of the deforming bottom levels' builds
   const gpu::Buffer* deforming_corners_ = nullptr;
   const gpu::Buffer* deforming_scratch_ = nullptr;
   gpu::Acceleration top_;

@@ -18,7 +18,7 @@ layout(std430, set = 1, binding = 1) readonly buffer Entries {
 layout(std430, set = 1, binding = 2) readonly buffer Areas {
   AreaLight area_lights[];
 };
-// Per instance: the light of its triangle 0, or kNoArea.
+// Per instance: index of the area light of its triangle 0, or kNoArea.
 layout(std430, set = 1, binding = 3) readonly buffer FirstAreas {
   uint first_areas[];
 };

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Materials and textures at a hit, step by step as on the CPU (SceneState, SampleTexture,
+// Materials and textures at a hit, with the steps of the CPU version (SceneState, SampleTexture,
 // SheetTransmittance). Needs scene.glsl.
 #include "render/energy_shared.h"
 #include "render/geometry_shared.h"
@@ -13,7 +13,7 @@
 #include "render/make_bsdf_shared.h"
 #include "render/texture_shared.h"
 
-// 0: no material of the scene has layers, which then cost nothing.
+// 0: no material of the scene has layers, and their code is eliminated.
 layout(constant_id = 0) const uint kWithLayers = 1u;
 // 1: textures are sampled by the device's texture units.
 layout(constant_id = 1) const uint kSampledTextures = 0u;
@@ -28,7 +28,7 @@ vec4 TexelAt(GpuTexture source, int x, int y, bool srgb) {
   return value;
 }
 
-// One fetch in place of four texels and their sRGB curve.
+// A single filtered fetch from the atlas, instead of four texels and their sRGB decoding.
 vec4 SampleAtlas(GpuTexture source, vec2 place, bool srgb) {
   vec2 first = vec2(float(source.first & 0xffffu), float(source.first >> 16));
   vec2 scale = uintBitsToFloat(uvec2(texels[kSrgbTableSize], texels[kSrgbTableSize + 1u]));
@@ -68,7 +68,7 @@ vec4 SampleTexture(GpuTexture source, vec2 uv, bool srgb) {
   return upper * (1.0f - fy) + lower * fy;
 }
 
-// 1 without a texture.
+// Texture value at the hit; 1 without a texture.
 vec4 TextureValue(GpuTextureRef ref, GpuInstance instance, GpuHit hit, bool srgb) {
   if (ref.texture < 0) {
     return vec4(1.0f);
@@ -150,7 +150,7 @@ SchlickShare ShareOfSpecular(float cosine, float alpha) {
   return share;
 }
 
-// Of an anisotropic lobe; w: towards the viewer, x along the tangent.
+// Directional albedo of an anisotropic lobe. w: direction to the viewer, x along the tangent.
 SchlickShare ShareOfAnisotropic(vec3 w, vec2 alphas) {
   AnisotropicPlace place = FindAnisotropicEnergy(w, alphas);
   SchlickShare share = SchlickShare(0.0f, 0.0f);
@@ -218,7 +218,7 @@ SurfaceLayers LayersAt(uint record, GpuInstance instance, GpuHit hit) {
   return layers;
 }
 
-// \param cosine, coat_cosine  with the normal of the surface, and of its clear coat
+// \param cosine, coat_cosine  cosines of wo with the normals of surface and clear coat
 LayerShares SharesOf(SurfaceLayers layers, float cosine, float coat_cosine) {
   LayerShares shares;
   shares.sheen = 0.0f;
@@ -233,14 +233,14 @@ LayerShares SharesOf(SurfaceLayers layers, float cosine, float coat_cosine) {
   return shares;
 }
 
-// CoverTransmittance of a smooth thin sheet: by the geometric normal and without regularisation, as
-// shadow rays see it.
+// CoverTransmittance of a smooth thin sheet for shadow rays: with the geometric normal and without
+// regularisation.
 float SheetCover(SurfaceLayers layers, float cosine) {
   return CoverTransmittance(layers, SharesOf(layers, cosine, cosine));
 }
 
 // Transmittance of a smooth thin sheet for an undeflected ray at `cosine` with its geometric
-// normal; 0 if the material is no such sheet.
+// normal; 0 for all other materials.
 vec3 SheetTransmittance(GpuMaterial material, GpuInstance instance, GpuHit hit, vec3 base_colour,
                         float cosine) {
   float transmission = material.solid != 0u ? 0.0f : TransmissionOf(material, instance, hit);

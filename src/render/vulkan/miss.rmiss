@@ -3,7 +3,7 @@
 #version 460
 #extension GL_EXT_ray_tracing : require
 
-// A ray without a hit; with STILLRAY_SHADOW, without an opaque one.
+// Runs for rays without a hit; with STILLRAY_SHADOW, for shadow rays without an opaque hit.
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/triangle_test.glsl"
 #include "render/vulkan/hardware_set.glsl"

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Paths between the steps. Needs trace.glsl. What a step neither needs nor changes is neither read
-// nor written: the weights of the first surface's lobes are written once, and media only exist in
-// solid glass.
+// Loads and stores paths between the steps. Needs trace.glsl. Members that a step does not use are
+// not transferred: the throughput of the first surface's lobes is written once, and media exist
+// only in solid glass.
 
 bool HasMedium(PathState path) {
   return path.extinction != vec3(0.0f) || path.scatter_albedo != vec3(0.0f) || path.collisions != 0;
@@ -36,7 +36,7 @@ PathState LoadPath(uint number) {
   return path;
 }
 
-// \param with_weights  the path has scattered for the first time
+// \param with_weights  the path has just scattered at the first surface
 void StorePath(uint number, PathState path, bool with_weights) {
   bool with_medium = HasMedium(path);
   uint counts = uint(path.step) | uint(path.bounces) << 16;

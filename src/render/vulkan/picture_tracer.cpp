@@ -15,17 +15,17 @@ int RoundUpToBlocks(int pixels) {
 
 namespace {
 
-/// A batch takes at most this share of the device's free memory: the frames, the denoiser and other
-/// programs need the rest.
+/// A batch takes at most one third of the device's free memory: frames, denoiser and other programs
+/// need the remainder.
 constexpr uint64_t kShareOfMemory = 3;
 constexpr uint32_t kLeastPixels = 1u << 12;
-/// Of a batch whose results are copied to the host, which needs memory for them too, up to 0.3 kB
-/// each. A picture of 1920x1080 is one batch.
+/// Maximum pixels of a batch whose results are copied to the host, which takes up to 0.3 kB of host
+/// memory per pixel. An image of 1920x1080 is one batch.
 constexpr int64_t kMostPixelsToHost = 1 << 21;
 
 }  // namespace
 
-/// Of a batch, if there is memory.
+/// Number of pixels of a batch, if memory suffices.
 uint32_t PictureTracer::WantedPixels(int width, int height, const TracerParts& parts) const {
   const int64_t pixels = int64_t{RoundUpToBlocks(width)} * RoundUpToBlocks(height);
   const int64_t most = parts.to_host ? kMostPixelsToHost : int64_t{1} << 31;
@@ -33,7 +33,7 @@ uint32_t PictureTracer::WantedPixels(int width, int height, const TracerParts& p
   return static_cast<uint32_t>(std::min({pixels, most, chosen}));
 }
 
-/// A device that cannot rasterise, or has no memory for it, traces the camera's rays.
+/// Primary rays are traced if the device cannot rasterise or lacks the memory.
 Status PictureTracer::MakeVisibility(int width, int height) {
   visibility_.reset();
   if (!options_.rasterise) {

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Owns the tracer of pictures of a size; recreated only for sizes that do not fit.
+/// Owns the GpuTracer for an image size; recreates it only if a larger size does not fit.
 #pragma once
 
 #include <memory>
@@ -11,9 +11,9 @@
 namespace stillray::render {
 
 struct PictureTracerOptions {
-  bool rasterise = true;  ///< rasterise the camera's first hits, if the device can
-  /// Maximum number of pixels in a batch, at least 1; 0: all of the picture's for which the device
-  /// has memory.
+  bool rasterise = true;  ///< rasterise primary hits if the device supports it
+  /// Maximum number of pixels in a batch, at least 1; 0: all pixels of the image for which the
+  /// device has memory.
   uint32_t most_pixels = 0;
 };
 
@@ -24,18 +24,18 @@ class PictureTracer {
                 const SceneState* state, const PictureTracerOptions& options)
       : device_(device), accel_(accel), lights_(lights), state_(state), options_(options) {}
 
-  /// Creates a tracer for a picture of this size, or for as large a batch as the device has memory
-  /// for; destroys the previous one in any case. A viewer changes its resolution often, and this
-  /// compiles the shaders again, so call HasRoomFor first.
+  /// Creates a tracer for an image of this size, or for the largest batch that fits into device
+  /// memory; destroys the previous tracer in any case. This recompiles the shaders, and viewers
+  /// change their resolution often: call HasRoomFor first.
   /// \return kOutOfMemory; kUnsupported: the device lacks a feature
-  /// \param parts  as GpuTracer::Create
+  /// \param parts  see GpuTracer::Create
   Status Make(int width, int height, const TracerParts& parts);
-  /// Whether the current tracer can render a picture of this size.
+  /// Whether the current tracer can render an image of this size.
   bool HasRoomFor(int width, int height, const TracerParts& parts) const;
 
-  /// nullptr: the last Make failed.
+  /// The current tracer; nullptr if the last Make failed.
   GpuTracer* tracer() const { return tracer_.get(); }
-  /// Whether the camera's first hits can be rasterised.
+  /// Whether primary hits can be rasterised.
   bool draws() const { return visibility_ != nullptr; }
   size_t memory_bytes() const {
     return (tracer_ ? tracer_->memory().bytes : 0) + (draws() ? visibility_->memory().bytes : 0);
@@ -50,12 +50,12 @@ class PictureTracer {
   const GpuLights* lights_;
   const SceneState* state_;
   PictureTracerOptions options_;
-  std::unique_ptr<Visibility> visibility_;  // null: the camera's rays are traced
+  std::unique_ptr<Visibility> visibility_;  // null: primary rays are traced
   std::unique_ptr<GpuTracer> tracer_;
-  bool is_limited_ = false;  // tracer_ has as many pixels as there was memory for, not all
+  bool is_limited_ = false;  // memory limits the batch size of tracer_ to a part of the image
 };
 
-/// The size of a picture rounded up to whole blocks of a batch.
+/// Width or height of an image, rounded up to whole blocks of a batch.
 int RoundUpToBlocks(int pixels);
 
 }  // namespace stillray::render

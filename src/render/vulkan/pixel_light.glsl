@@ -1,15 +1,15 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Adds light to the picture; all light passes through here. Needs trace.glsl. A pixel of the batch
-// has one path at a time, so no other thread writes to its light.
+// The only function that adds radiance to a pixel. Needs trace.glsl. A pixel of the batch has one
+// path at a time, hence no other thread writes to its signals.
 void AddSignal(uint number, int kind, vec3 light) {
   if (!IsUsableLight(light)) {
     atomicAdd(counters.dropped, 1u);
     return;
   }
   if (light == vec3(0.0f)) {
-    return;  // no lobe of this kind
+    return;  // no contribution of this kind
   }
   sample_lights[FirstSignal(number) + uint(kind)].light += light;
 }

@@ -1,10 +1,10 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The surface at a hit one frame ago. Needs scene.glsl.
+// The surface at a hit in the previous frame. Needs scene.glsl.
 #include "render/previous_normal_shared.h"
 
-// Whether the instance is where it was, with the shape that it had.
+// Whether the instance has neither moved nor deformed since the previous frame.
 bool Stands(GpuInstance instance) {
   return !HasChangedShape(instance) && instance.world_x == instance.previous_x &&
          instance.world_y == instance.previous_y && instance.world_z == instance.previous_z;
@@ -16,8 +16,8 @@ vec3 Blend3(uint array, uvec3 corner, vec3 weight) {
          Vec3At(array + 3u * corner.z) * weight.z;
 }
 
-// The point of a hit one frame ago.
-// \param position  now
+// The position of a hit point in the previous frame.
+// \param position  position in the current frame
 vec3 PreviousPoint(GpuInstance instance, GpuHit hit, vec3 position) {
   if (Stands(instance)) {
     return position;
@@ -27,7 +27,7 @@ vec3 PreviousPoint(GpuInstance instance, GpuHit hit, vec3 position) {
   return TransformPoint(instance.previous_x, instance.previous_y, instance.previous_z, local);
 }
 
-// FrameOf on the CPU; x, y and z are the rows of the transform to the world.
+// FrameOf on the CPU; x, y and z are the rows of the object-to-world transform.
 SurfaceFrame FrameOf(GpuInstance instance, GpuHit hit, uint positions, uint normals, vec3 x, vec3 y,
                      vec3 z) {
   uvec3 corner = CornersOf(instance, hit.primitive);
@@ -44,7 +44,7 @@ SurfaceFrame FrameOf(GpuInstance instance, GpuHit hit, uint positions, uint norm
   return f;
 }
 
-// The shading normal one frame ago, of an instance that has changed its shape.
+// The previous-frame shading normal of a deformed instance.
 vec3 PreviousNormalAt(GpuInstance i, GpuHit hit, vec3 n) {
   return DeformedNormal(
       FrameOf(i, hit, i.positions, i.normals, i.world_x.xyz, i.world_y.xyz, i.world_z.xyz),

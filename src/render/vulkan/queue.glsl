@@ -1,13 +1,13 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Appending to queues and incrementing counters. Needs trace.glsl. Each thread has an atomic of its
-// own; drivers combine those of a subgroup. One atomic for a workgroup, counted in shared memory,
-// is no faster and needs barriers after the loops of a camera ray: NVIDIA's driver 580 let threads
+// Appending to queues and incrementing counters. Needs trace.glsl. Each thread issues its own
+// atomic, which drivers combine per subgroup. One atomic per workgroup, counted in shared memory,
+// is no faster and needs barriers after the loops of a primary ray: NVIDIA's driver 580 let threads
 // pass these too early, and paths were lost. The order within a queue may differ from run to run;
-// the result of a pixel does not depend on it.
+// the result of a pixel does not depend on the order.
 
-// Returns the position for threads with `wanted`.
+// Appends an entry for threads with `wanted`, and returns its position.
 uint TakePlace(uint queue, bool wanted) {
   return wanted ? atomicAdd(queues[queue].count, 1u) : 0u;
 }

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The entry point of shaders that trace rays, and their FindFirstHit and FindTransmittance: by
-// traversal of stillray's BVH in compute shaders, or, with STILLRAY_HARDWARE, by the device in ray
-// generation shaders. Such a shader starts with
+// The entry point of shaders that trace rays, with FindFirstHit and FindTransmittance: compute
+// shaders that traverse stillray's BVH or, with STILLRAY_HARDWARE, ray generation shaders. A shader
+// that includes this file starts with
 //   #ifdef STILLRAY_HARDWARE
 //   #extension GL_EXT_ray_tracing : require
 //   #endif

@@ -37,7 +37,7 @@ layout(std430, set = 0, binding = 7) readonly buffer Words {
 layout(std430, set = 0, binding = 8) readonly buffer Energies {
   float energies[];
 };
-// The atlas of sampled textures (texture_atlas.h), with its bytes as they are and as sRGB.
+// The atlas of sampled textures (texture_atlas.h), in linear and in sRGB format.
 layout(set = 0, binding = 9) uniform sampler2DArray plain_textures;
 layout(set = 0, binding = 10) uniform sampler2DArray srgb_textures;
 
@@ -68,7 +68,7 @@ vec3 Weights(GpuHit hit) {
   return vec3(1.0f - hit.u - hit.v, hit.u, hit.v);
 }
 
-// Transforms a point by the matrix with these three rows.
+// Transforms a point by the matrix with rows x, y and z.
 vec3 TransformPoint(vec4 x, vec4 y, vec4 z, vec3 p) {
   return vec3(dot(x.xyz, p) + x.w, dot(y.xyz, p) + y.w, dot(z.xyz, p) + z.w);
 }
@@ -76,7 +76,7 @@ vec3 TransformVector(vec4 x, vec4 y, vec4 z, vec3 v) {
   return vec3(dot(x.xyz, v), dot(y.xyz, v), dot(z.xyz, v));
 }
 
-// -1 if the instance is mirrored.
+// -1 if the instance's transform mirrors, otherwise 1.
 float Orientation(GpuInstance instance) {
   return instance.orientation;
 }

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The layout of a scene in storage buffers: the same structures in C++ and in GLSL (layout std430,
-// where a vec3 and the scalar behind it share 16 bytes).
+// The layout of a scene in storage buffers, shared by C++ and GLSL (layout std430, where a vec3 and
+// the scalar behind it share 16 bytes).
 #ifndef STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
 #define STILLRAY_RENDER_VULKAN_SCENE_SHARED_H
 
@@ -27,20 +27,20 @@ struct BvhNode {
   uint unused_0, unused_1;
 };
 
-// A child is 0 (none: roots are no children), the index of a node, or a leaf: this bit, then in 3
-// bits the number of items minus one, then the index of the first one.
+// A child is 0 (none, since the root is never a child), the index of a node, or a leaf: this bit,
+// then 3 bits with the number of items minus one, then the index of the first item.
 const uint kLeafBit = 0x80000000u;
 const uint kLeafFirstMask = 0x0fffffffu;
 const int kLeafCountShift = 28;
 const int kMostLeafItems = 4;
 
-// Entries of the traversal stack, one for each node above, of the top level and of a bottom level
-// together; the builder limits trees to it.
+// Entries of the traversal stack, one per ancestor node, for the top level and for both levels
+// together; the builder limits the depth of trees accordingly.
 const int kTopStack = 15;
 const int kBottomStack = 32;
 const int kStackSize = kTopStack + kBottomStack;
 
-// In the space of its placement. `instance` is only valid where that is the world.
+// A triangle in the space of its placement. `instance` is valid only for placements in world space.
 struct BvhTriangle {
   vec3 p0;
   uint instance;
@@ -50,25 +50,26 @@ struct BvhTriangle {
   uint see_through;  // 1: shadow rays evaluate its transmittance
 };
 
-// A bottom level in the world. Rows of the matrix to its space; instance == kNoInstance: all static
-// instances, in world space.
+// A placed bottom level: rows of the world-to-object matrix. instance == kNoInstance: the bottom
+// level of all static instances, in world space.
 struct Placement {
   vec4 to_object_x, to_object_y, to_object_z;
   uint root;
   uint instance;
-  uint first_triangle;  // of the bottom level
+  uint first_triangle;  // index of the bottom level's first triangle
   uint opaque_triangles;
 };
 const uint kNoInstance = 0xffffffffu;
 
-// An instance of the scene: rows of its matrix to the world, now and one frame ago, and the offsets
-// of its mesh's arrays in the words; kNoArray: none. Instances that deform have vertices of their
-// own; the offsets of the previous ones are the same unless the shape has changed since.
+// An instance of the scene: rows of its object-to-world matrix in this and the previous frame, and
+// the offsets of its mesh's arrays in the words; kNoArray: none. Deforming instances have their own
+// vertices; current and previous offsets are equal unless the shape has changed since the previous
+// frame.
 struct GpuInstance {
   vec4 world_x, world_y, world_z;
   vec4 previous_x, previous_y, previous_z;
   uint material;
-  uint indices;    // 3 per triangle
+  uint indices;    // 3 words per triangle
   uint positions;  // 3 words per vertex
   uint normals;    // 3
   uint tangents;   // 4
@@ -77,17 +78,17 @@ struct GpuInstance {
   uint colours;    // 4
   uint previous_positions;
   uint previous_normals;
-  float orientation;  // -1 if it is mirrored
+  float orientation;  // -1 if the transform mirrors
   uint unused_0;
 };
 const uint kNoArray = 0xffffffffu;
 
-// Whether the mesh's vertices have moved since the previous frame.
+// Whether the mesh has deformed since the previous frame.
 SHARED_FN bool HasChangedShape(SHARED_IN(GpuInstance) instance) {
   return instance.previous_positions != instance.positions;
 }
 
-// TextureRef: rows of its transform; texture -1: none.
+// TextureRef with the rows of its transform; texture -1: none.
 struct GpuTextureRef {
   vec3 u_row;
   int texture;
@@ -111,8 +112,8 @@ struct GpuMaterial {
   uint alpha_mode;  // kAlpha...
   uint double_sided;
   uint solid;
-  uint glass_tables;  // offset of its five tables, if it may be rough glass
-  uint layers;        // offset of its GpuLayers in the words, if it has any; else kNoArray
+  uint glass_tables;  // offset of the five energy tables, if the material may be rough glass
+  uint layers;        // offset of its GpuLayers in the words; kNoArray if it has none
   uint unused_0, unused_1;
   GpuTextureRef base_colour_texture;
   GpuTextureRef metallic_roughness_texture;
@@ -121,7 +122,7 @@ struct GpuMaterial {
   GpuTextureRef transmission_texture;
 };
 
-// What a material has beyond that: words, since few materials have it.
+// The layers of a material (SurfaceLayers), stored in the words since few materials have any.
 struct GpuLayers {
   vec3 specular_colour;
   float specular;
@@ -143,14 +144,14 @@ struct GpuLayers {
   GpuTextureRef through_texture;
   GpuTextureRef through_colour_texture;
   GpuTextureRef anisotropy_texture;
-  vec2 anisotropy_turn;  // cosine and sine of its rotation
+  vec2 anisotropy_turn;  // cosine and sine of the anisotropy rotation
   float film;            // 0: none
   float film_ior;
   GpuTextureRef film_texture;
   GpuTextureRef film_thickness_texture;
   vec2 film_thickness;  // minimum and maximum
 };
-// Offsets in words.
+// Offsets of members in words.
 const uint kLayersSpecular = 3u;
 const uint kLayersCoat = 4u;
 const uint kLayersCoatRoughness = 5u;
@@ -183,26 +184,25 @@ const uint kAlphaMask = 1u;
 const uint kAlphaBlend = 2u;
 
 struct GpuTexture {
-  uint first;  // texel, RGBA from the lowest byte; of a sampled one its place in the atlas: x, then
-               // y in the upper 16 bits
+  uint first;  // index of the first texel, RGBA from the lowest byte; for sampled textures the
+               // position in the atlas: x in the lower, y in the upper 16 bits
   int width;
   int height;
   uint lookup;  // wrap_u, wrap_v in 2 bits each, then 1: nearest; layer of the atlas << kAtlasLayer
 };
 const int kAtlasLayer = 8;
 
-// The texels start with the 256 values of the sRGB curve. If textures are sampled, the reciprocals
-// of the atlas's width and height follow, and no texels.
+// The texel array starts with the 256 values of the sRGB curve. If textures are sampled, the
+// reciprocals of the atlas's width and height follow instead of texels.
 const uint kSrgbTableSize = 256u;
 
-// Energy tables of rough lobes: scale, offset, sheen (zeros if there is none), scale and offset of
-// anisotropic lobes (absent if there are none), then those of each glass in the order of
-// GlassEnergy.
+// Energy tables of rough lobes: scale, offset, sheen (zeros if unused), scale and offset of
+// anisotropic lobes (absent if unused), then the tables of each glass in the order of GlassEnergy.
 const uint kEnergyTableWords = 1024u;
 const uint kAnisotropicTables = 3u * kEnergyTableWords;
 const uint kGlassTables = 5u;
 
-// CameraView.
+// Device version of CameraView.
 struct GpuView {
   vec3 position;
   float half_width;
@@ -219,17 +219,17 @@ struct GpuView {
 
 struct GpuRay {
   vec3 origin;
-  float end;       // hits beyond it are ignored
+  float end;       // hits beyond this distance are ignored
   vec3 direction;  // unit length
   uint unused_0;
 };
 
-// The point is (1 - u - v) v0 + u v1 + v v2 of the triangle; t is `end` without a hit.
+// A hit at the point (1 - u - v) v0 + u v1 + v v2 of the triangle; without a hit, t is `end`.
 struct GpuHit {
   float t;
   float u;
   float v;
-  uint instance;  // or kNoInstance
+  uint instance;  // kNoInstance without a hit
   uint primitive;
 };
 

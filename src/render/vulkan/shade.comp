@@ -2,8 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// One step of all active paths: adds emission of the surfaces hit, samples light, and scatters. The
-// counterpart of Tracer::Shade on the CPU.
+// One step of all active paths: adds emission of the hit surfaces, samples lights, and scatters.
+// The counterpart of Tracer::Shade on the CPU.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
 #include "render/vulkan/pixel_light.glsl"
@@ -11,7 +11,7 @@
 
 layout(local_size_x = 64) in;
 
-// The ray left the scene.
+// Ends a path whose ray left the scene.
 void Leave(uint number, PathState path, vec3 direction) {
   if (lights.environment_irradiance <= 0.0f) {
     return;
@@ -32,7 +32,7 @@ float DensityOfHit(PathState path, GpuHit hit, vec3 direction, float distance) {
                        distance);
 }
 
-// The ray hit a surface that may emit.
+// Adds the emission of a hit surface.
 void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance instance, GpuHit hit,
                ShadingPoint at, vec3 direction) {
   if (path.first != 0 || !Emits(material) || !(at.front != 0 || material.double_sided != 0u)) {
@@ -46,7 +46,7 @@ void MeetLight(uint number, PathState path, GpuMaterial material, GpuInstance in
   AddFound(number, path.light, found.diffuse, found.specular);
 }
 
-// The emitted radiance at a point of an area light.
+// Emitted radiance at the sampled point of an area light.
 vec3 RadianceOfArea(LightSample light) {
   AreaLight area = area_lights[light.area];
   GpuInstance instance = instances[area.instance];
@@ -59,8 +59,8 @@ vec3 RadianceOfArea(LightSample light) {
   return radiance;
 }
 
-// Draws candidates of light; `seeks`: `shadow` is a ray to one. Returns TotalOf the choices. u.w
-// is used, and replaced by an independent number.
+// Light sampling by resampled candidates; `seeks`: `shadow` is the ray to the chosen candidate.
+// Returns TotalOf the choices. u.w is used, and replaced by an independent number.
 float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, inout vec4 u,
                 out bool seeks, inout GpuShadow shadow) {
   LightChoices choices = WeighLights(at.position);
@@ -100,7 +100,7 @@ float SeekLight(uint number, PathState path, ShadingPoint at, Bsdf bsdf, inout v
   return TotalOf(choices);
 }
 
-// \param was_first  it has scattered for the first time
+// \param was_first  whether it has just scattered at the first surface
 void Continue(uint number, PathState path, bool was_first, vec3 origin, vec3 direction) {
   path.step += 1;
   StorePath(number, path, was_first);
@@ -121,7 +121,7 @@ bool PassOn(uint number, PathState path, GpuInstance instance, GpuHit hit, vec3 
   return true;
 }
 
-// Samples light at the surface and continues the path. u: LightDimensions of this step. Returns
+// Samples lights at the surface and continues the path. u: LightDimensions of this step. Returns
 // whether the path continues.
 bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 direction, vec4 u,
                out bool seeks, inout GpuShadow shadow) {
@@ -143,7 +143,7 @@ bool ScatterAt(uint number, PathState path, ShadingPoint at, Bsdf bsdf, vec3 dir
   if (was_first || onward != direction) {
     path.light_total = total;
   }
-  // A last ray, for which only emitters count, need not be traced where there can be none.
+  // The last ray contributes only if it hits an emitter: it is not traced if there is none to hit.
   if (frame.ends_are_opaque != 0 && path.bounces >= frame.bounces &&
       !LightMayBeMet(at.position, onward)) {
     return false;
@@ -158,7 +158,7 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   GpuHit hit = hits[number];
   vec3 direction = rays[number].direction;
   if (path.first == 0) {
-    if (!IsInScatteringMedium(path)) {  // else cross_media has done it
+    if (!IsInScatteringMedium(path)) {  // otherwise applied by cross_media
       path.throughput *= Absorb(path.extinction, hit.t);
     }
     if (hit.instance == kNoInstance) {
@@ -177,7 +177,7 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
     }
     u.w = min(u.w / opacity, kBelowOne);
   }
-  // At the end of the path only emission counts, or light seen through smooth glass.
+  // After the last bounce only emission contributes, possibly through smooth glass.
   bool at_end = path.bounces >= frame.bounces && material.transmission <= 0.0f;
   if (at_end && !Emits(material)) {
     return false;

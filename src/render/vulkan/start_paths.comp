@@ -2,10 +2,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Starts the paths of one sample of the batch at the visible surface: the single one that
-// find_guides.comp kept, or a randomly chosen one of several; where transmitted light is separate,
-// in two parts. With STILLRAY_REFERENCE no surface was kept: each sample traces its own camera ray,
-// and light emitted there is added to the guides.
+// Starts the paths of one sample of the batch at a visible surface: the single layer stored by
+// find_guides.comp, or a randomly selected layer; in two parts if transmitted light is separate.
+// With STILLRAY_REFERENCE no layer is stored: each sample traces its own primary ray, and emission
+// along it is added to the guides.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/traversal.glsl"
 #include "render/vulkan/camera.glsl"
@@ -13,7 +13,7 @@
 
 layout(local_size_x = 64) in;
 
-// Whether the front of the triangle is visible.
+// Whether the ray hits the front face.
 bool SeenFromFront(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);
   float volume = dot(cross(t.p1 - t.p0, t.p2 - t.p0), direction);
@@ -30,10 +30,10 @@ vec3 EmissionTowardsViewer(GpuHit hit, vec3 direction) {
   return EmissionOf(material, instance, hit);
 }
 
-// Selects one of the surfaces that a camera ray passes, in proportion to their weights;
-// kNoInstance: the background. u in [0, 1).
-// \param separates  only the first surface in the first part, only the others in the second one
-// \param weight     [out] of the surfaces to select from
+// Selects one of the layers along a primary ray in proportion to their weights; kNoInstance: the
+// background. u in [0, 1).
+// \param separates  select only the first layer in part 0, only the other layers in part 1
+// \param weight     [out] total weight of the eligible layers
 GpuHit PickLayer(uint number, CameraWalk walk, float u, bool separates, out float weight,
                  out uint traced) {
   GpuHit hit = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
@@ -57,7 +57,7 @@ GpuHit PickLayer(uint number, CameraWalk walk, float u, bool separates, out floa
     emission += EmissionTowardsViewer(layer.hit, direction) * layer.weight;
 #endif
   }
-  // The weights sum to 1 up to rounding: without a background the last layer is selected.
+  // Weights sum to 1 only up to rounding: the fallback is the background or else the last layer.
   if (!found && walk.background > 0.0f) {
     hit.instance = kNoInstance;
   }
@@ -69,7 +69,7 @@ GpuHit PickLayer(uint number, CameraWalk walk, float u, bool separates, out floa
   return hit;
 }
 
-// Returns whether there is a path.
+// Returns whether a path starts.
 bool Start(uint number, uvec2 pixel, out uint traced) {
   traced = 0u;
   uint seed = SeedOf(pixel);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Common part of the shaders that write a batch into the images of a frame. Define kListed, the
+// Common part of the shaders that write a batch to the images of a frame. Define kListed, the
 // binding of the list of pixels, first.
 #include "core/shared.h"
 #include "render/shared.h"
@@ -18,14 +18,14 @@ layout(std430, set = 0, binding = kListed) readonly buffer Listed {
 layout(push_constant) uniform Push {
   GpuBatch batch;
   float scale;        // 1 / samples
-  uint signal_count;  // as in GpuFrame
-  uint first_signal;  // of those to store
-  uint first_image;   // of the batch's pixels among the virtual guides
+  uint signal_count;  // see GpuFrame
+  uint first_signal;  // first of the signals to store
+  uint first_image;   // index of the batch's first element in the virtual guides
 };
 
 #include "render/vulkan/batch.glsl"
 
-// The pixel of this thread; false: outside the picture.
+// The pixel of this thread; false if it is outside the image.
 bool FindPixel(ivec2 size, out ivec2 pixel) {
   uint number = gl_GlobalInvocationID.x;
   pixel = number < batch.count ? ivec2(PixelOf(number)) : size;

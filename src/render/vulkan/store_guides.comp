@@ -2,10 +2,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Writes the guides of a batch into the images of a frame: StoreGuides on the device. Devices need
-// not support more than eight storage images, so there are variants: colours (STILLRAY_COLOURS),
-// previous normals, which only frames of scenes that turn have (STILLRAY_PREVIOUS_NORMALS), the
-// albedo of transmitted light (STILLRAY_TRANSMISSION), and the other images.
+// Writes the guides of a batch to the images of a frame: StoreGuides on the device. Variants keep
+// the number of storage images within eight, the least that devices may support: colours
+// (STILLRAY_COLOURS), previous normals, present only if instances may rotate
+// (STILLRAY_PREVIOUS_NORMALS), the albedo of transmitted light (STILLRAY_TRANSMISSION), and the
+// other images.
 #if defined(STILLRAY_COLOURS)
 #define kImages 4
 #elif defined(STILLRAY_TRANSMISSION)

@@ -2,9 +2,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Writes two signals of a batch into the images of a frame: StoreLight and SparseFrameWriter on the
-// device. With STILLRAY_MOMENTS also second moments, with STILLRAY_LISTED one sample for each
-// pixel.
+// Writes two signals of a batch to the images of a frame: StoreLight and SparseFrameWriter on the
+// device. STILLRAY_MOMENTS adds second moments, STILLRAY_LISTED a sample count of one per pixel.
 #ifdef STILLRAY_MOMENTS
 #define kImages 4
 #elif defined(STILLRAY_LISTED)

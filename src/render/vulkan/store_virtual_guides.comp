@@ -2,8 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #version 450
 
-// Writes the virtual guides of a batch into the images of a frame: StoreVirtualImages on the
-// device.
+// Writes the virtual guides of a batch to the images of a frame: StoreVirtualImages on the device.
 #define kImages 5
 #define kListed (kImages + 1)
 #include "render/vulkan/store.glsl"

@@ -1,12 +1,12 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// How much work the submissions of a path tracer have.
+/// Controls the amount of work per queue submission.
 ///
-/// Desktop drivers abort work that takes longer than about two seconds, and other users of the
-/// device wait for as long as a submission takes. So submissions start with few enough paths to
-/// stay below that, and adapt to the measured times: a frame that takes a fraction of the target is
-/// one submission.
+/// Desktop drivers abort submissions that take longer than about two seconds, and other users of
+/// the device wait until a submission ends. The number of paths per submission therefore starts
+/// small and adapts to measured times: a frame that takes a fraction of the target is one
+/// submission.
 #pragma once
 
 namespace stillray::render {
@@ -18,10 +18,10 @@ class SubmissionPace {
 
   /// Maximum number of paths for the next submission.
   double paths() const { return paths_; }
-  /// Whether a submission of so many should not wait for more, so that its time shows how many fit.
-  /// Never for all of a frame that takes less than half of the target, once one has been measured.
+  /// Whether a submission of `paths` paths is large enough to be submitted and measured. Once
+  /// measured, a frame that takes less than half of the target is never split.
   bool IsEnough(double paths) const { return paths > 0.5 * paths_; }
-  /// A submission of so many paths took so many milliseconds. \param most  of any submission
+  /// Adapts to a measured submission of `paths` paths. \param most maximum paths of a submission
   void Adapt(double paths, double milliseconds, double most);
 
   static constexpr double kFirstPaths = 1 << 14;
@@ -32,14 +32,14 @@ class SubmissionPace {
   double paths_ = kFirstPaths;
 };
 
-/// How many steps of paths to record. Glass and cut-outs allow paths of many more than most frames
-/// have, and steps without paths cost dispatches and barriers.
+/// Predicts the number of path steps to record. Glass and cut-outs allow much longer paths than
+/// occur in most frames, and steps without paths cost dispatches and barriers.
 class StepForecast {
  public:
-  /// Of at most `most`: those of this frame so far and of the last one, and a few more, since the
-  /// longest path of a frame varies; all of them if nothing is known.
+  /// Number of steps to record, at most `most`: the maximum of this frame so far and of the last
+  /// frame, plus a margin, since the longest path varies; `most` without a measurement.
   int Planned(int most) const;
-  /// The longest path of a submission had so many.
+  /// Reports the number of steps of the longest path of a submission.
   void Used(int steps);
   void NextFrame();
 

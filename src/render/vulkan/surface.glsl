@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The surface at a hit and its BSDF, step by step as on the CPU (MakeSurface, BsdfTables::Make).
-// Needs scene.glsl and material_lookup.glsl.
+// The surface at a hit and its BSDF, with the steps of the CPU version (MakeSurface,
+// BsdfTables::Make). Needs scene.glsl and material_lookup.glsl.
 #include "render/shading_point_shared.h"
 
 struct Surface {
@@ -15,7 +15,7 @@ struct Surface {
   SurfaceLayers layers;
 };
 
-// Transforms a normal to the world, without normalising, by the cofactors, which exist for any
+// Transforms a normal to world space, unnormalised, by the cofactor matrix, which exists for any
 // matrix.
 vec3 TransformNormal(GpuInstance instance, vec3 n) {
   vec3 x = instance.world_x.xyz;
@@ -35,7 +35,7 @@ vec4 TangentFromUv(GpuInstance instance, uvec3 corner, WorldTriangle t, uint arr
   if (area == 0.0f) {
     return vec4(0.0f);
   }
-  // glTF's v runs down the texture: a texture that is not mirrored has area < 0.
+  // glTF's v axis points down: an unmirrored texture has area < 0.
   return vec4(((t.p1 - t.p0) * d2.y - (t.p2 - t.p0) * d1.y) / area, area < 0.0f ? 1.0f : -1.0f);
 }
 
@@ -44,7 +44,7 @@ struct TangentFrame {
   vec3 bitangent;  // both of unit length
 };
 
-// In the plane of a normal; uv_set: texture coordinates for meshes without tangents.
+// Tangents perpendicular to a normal. uv_set: texture coordinates for meshes without tangents.
 TangentFrame TangentsAt(GpuInstance instance, GpuHit hit, WorldTriangle t, int uv_set,
                         vec3 normal) {
   uvec3 corner = CornersOf(instance, hit.primitive);
@@ -78,7 +78,7 @@ vec3 ApplyNormalMap(GpuTextureRef ref, float scale, GpuInstance instance, GpuHit
   return SafeNormalize(frame.tangent * m.x + frame.bitangent * m.y + normal * m.z, normal);
 }
 
-// Isotropic where the mesh has no tangent, or the texture no direction.
+// Sets the anisotropic lobe; isotropic where the tangent or the texture's direction is undefined.
 void SetAnisotropy(uint record, GpuInstance instance, GpuHit hit, WorldTriangle t, vec3 normal,
                    LocalFrame frame, inout SurfaceLayers layers) {
   GpuTextureRef ref = TextureRefAt(record + kLayersAnisotropyTexture);

@@ -13,7 +13,8 @@ namespace stillray::render {
 namespace {
 
 constexpr int kBorder = 1;
-/// Larger layers only where a texture needs one: the last layer is hardly ever full.
+/// Usual size of a layer, exceeded only if a texture requires it: large layers waste texels, since
+/// the last layer is rarely full.
 constexpr int kUsualSize = 4096;
 constexpr int kMostMultiples = 8;
 /// Textures are uploaded in pieces, of whole rows.
@@ -26,7 +27,7 @@ int HeightOf(const Texture& texture) {
   return texture.height + 2 * kBorder;
 }
 
-/// \param order  the tallest texture first
+/// \param order  texture indices, tallest texture first
 TextureAtlas Place(const std::vector<Texture>& textures, const std::vector<size_t>& order,
                    int width, int height) {
   TextureAtlas atlas;
@@ -35,7 +36,7 @@ TextureAtlas Place(const std::vector<Texture>& textures, const std::vector<size_
   atlas.places.resize(textures.size());
   int x = 0;
   int y = 0;
-  int row = 0;  // its height
+  int row = 0;  // height of the current row
   for (const size_t i : order) {
     const int w = WidthOf(textures[i]);
     const int h = HeightOf(textures[i]);
@@ -121,7 +122,7 @@ class Uploader {
   }
 
  private:
-  /// Rows that follow each other are copied together.
+  /// Adds a row of a texture; consecutive rows are copied together.
   void AddRow(const Texture& texture, const AtlasPlace& place, int y) {
     if (!regions_.empty() && y > 0) {
       ++regions_.back().imageExtent.height;
@@ -160,7 +161,7 @@ class Uploader {
   const gpu::Image& image_;
   gpu::Arena arena_;
   const gpu::Buffer* buffer_ = nullptr;
-  size_t used_ = 0;  // bytes of the buffer
+  size_t used_ = 0;  // used bytes of the buffer
   std::vector<VkBufferImageCopy> regions_;
 };
 

@@ -21,7 +21,7 @@ layout(std430, set = 2, binding = 3) buffer Hits {
 layout(std430, set = 2, binding = 4) buffer Shadows {
   GpuShadow shadows[];
 };
-// Both active lists, each as long as the batch.
+// Both lists of active paths, each with as many elements as the batch.
 layout(std430, set = 2, binding = 5) buffer Lists {
   uint lists[];
 };
@@ -42,21 +42,21 @@ layout(std430, set = 2, binding = 9) buffer LightOfSamples {
 layout(std430, set = 2, binding = 10) buffer Sums {
   GpuSignal sums[];
 };
-// Positions of listed pixels: x in the lower half, y in the upper.
+// Positions of listed pixels: x in the lower 16 bits, y in the upper.
 layout(std430, set = 2, binding = 11) readonly buffer Listed {
   uint listed_pixels[];
 };
-// Instance and primitive of the nearest triangle of every pixel; kNoInstance: none.
+// Instance and primitive of the nearest triangle per pixel; kNoInstance: none.
 layout(std430, set = 2, binding = 12) readonly buffer Visible {
   uvec2 visible[];
 };
-// With a lens: of the samples of every pixel.
+// With a lens: sums of the samples' guides per pixel.
 layout(std430, set = 2, binding = 13) buffer LensSums {
   LensGuides lens_sums[];
 };
 
-// Only with virtual guides: reflections of all pixels, then, if transmitted light is separate,
-// refractions.
+// Only with virtual guides: reflections of all pixels, then refractions if transmitted light is
+// separate.
 layout(std430, set = 2, binding = 14) buffer Images {
   GpuImage images[];
 };
@@ -71,7 +71,8 @@ layout(push_constant) uniform Push {
 
 #include "render/vulkan/batch.glsl"
 
-// Paths of an earlier part are left: a later submission does the rest, including this.
+// Whether paths of an earlier part are unfinished: a later submission repeats the remaining work,
+// including the current dispatch.
 bool IsStopped() {
   return progress.left > 0u;
 }
@@ -80,12 +81,12 @@ bool IsInPicture(uvec2 pixel) {
   return pixel.x < frame.width && pixel.y < frame.height;
 }
 
-// The first of the refractions in images.
+// Index of the first refraction in images.
 uint FirstRefraction() {
   return uint(images.length() / 2);
 }
 
-// The first signal of a pixel in sample_lights and sums.
+// Index of a pixel's first signal in sample_lights and sums.
 uint FirstSignal(uint number) {
   return number * frame.signal_count;
 }

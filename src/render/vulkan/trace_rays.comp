@@ -5,7 +5,7 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// A batch of rays: the first hit of each, or with STILLRAY_SHADOW the transmittance.
+// Traces a batch of rays: first hits or, with STILLRAY_SHADOW, transmittances.
 #define STILLRAY_HARDWARE_SET 2
 #include "render/vulkan/scene.glsl"
 #include "render/vulkan/material_lookup.glsl"

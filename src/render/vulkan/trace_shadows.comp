@@ -5,7 +5,8 @@
 #extension GL_EXT_ray_tracing : require
 #endif
 
-// Traces the shadow rays of this step and adds unoccluded light.
+// Traces the shadow rays of this step and adds the contributions of light sampling times their
+// transmittance.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/pixel_light.glsl"

@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Structures shared by the host and the shaders that trace a picture: a frame's constants, a batch
-// of its pixels, and the state of each pixel of the batch (layout std430).
+// Structures shared by the host and the path tracing shaders: constants of a frame, a batch of its
+// pixels, and the state of each pixel of the batch (layout std430).
 #ifndef STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
 #define STILLRAY_RENDER_VULKAN_TRACE_SHARED_H
 
@@ -18,19 +18,19 @@ STILLRAY_RENDER_BEGIN
 struct GpuFrame {
   GpuView view;
   GpuView previous;
-  vec2 point;  // position of rays in each pixel: (0.5, 0.5) is the centre
+  vec2 point;  // position of primary rays in the pixel: (0.5, 0.5) is the centre
   uint width;
   uint height;
   uint sampler_kind;  // kSampler...
-  uint stream_seed;   // of PixelSeed
+  uint stream_seed;   // argument of PixelSeed
   int bounces;
   int regularise;
-  int ends_are_opaque;  // as in TraceContext
+  int ends_are_opaque;  // see TraceContext
   int spread_points;    // 1: each sample has its own position in the pixel
-  int with_squares;     // 1: squares of the samples are summed
-  int rasterised;       // 1: the camera's first hits are in `visible`
+  int with_squares;     // 1: squared luminances of the samples are summed
+  int rasterised;       // 1: primary hits are rasterised, in `visible`
   LensShape lens_shape;
-  uint lens_mask;      // offset of the mask's sums in the words
+  uint lens_mask;      // offset of the lens mask's sums in the words
   int light_sampling;  // kSample...
   int light_candidates;
   float clamp_radiance;
@@ -39,24 +39,24 @@ struct GpuFrame {
   int unused_0, unused_1;
 };
 
-// Pixels that are traced together: a rectangle of the picture in blocks of 8x8, which may extend
-// beyond it, or `listed` ones. Push constants.
+// Pixels that are traced together: a rectangle of the image in blocks of 8x8, which may extend
+// beyond the image, or a list of pixels. Push constants.
 struct GpuBatch {
   int x;
   int y;
   int width;  // a multiple of 8
   uint count;
-  uint listed;        // 1: the pixels of the list
-  uint sample_index;  // of PathNumbers
-  uint window_low;    // of PixelSeed
+  uint listed;        // 1: the pixels are those of the list
+  uint sample_index;  // index of PathNumbers
+  uint window_low;    // argument of PixelSeed
   uint window_high;
   uint phase;  // kPhase...
-  uint part;   // of the paths, see StartPart
+  uint part;   // part of the paths, see StartPart
 };
 
 const uint kBlockSize = 8u;
 
-// Position of pixel `number` of a rectangle: block by block, rows of blocks first.
+// Position of pixel `number` in a rectangle: block by block, rows of blocks first.
 SHARED_FN uint BlockNumber(uint number) {
   return number / (kBlockSize * kBlockSize);
 }
@@ -66,13 +66,13 @@ SHARED_FN uint ColumnInBatch(uint width, uint number) {
 SHARED_FN uint RowInBatch(uint width, uint number) {
   return BlockNumber(number) / (width / kBlockSize) * kBlockSize + number / kBlockSize % kBlockSize;
 }
-// The inverse: the number of a position.
+// Inverse of BlockNumber: the number of the pixel at a position.
 SHARED_FN uint NumberInBatch(uint width, uint column, uint row) {
   uint block = row / kBlockSize * (width / kBlockSize) + column / kBlockSize;
   return (block * kBlockSize + row % kBlockSize) * kBlockSize + column % kBlockSize;
 }
 
-// PixelGuides; depth is +infinity without a surface.
+// Device version of PixelGuides; depth is +infinity without a surface.
 struct GpuGuides {
   vec3 normal;
   float depth;
@@ -84,18 +84,18 @@ struct GpuGuides {
   float motion_x;
   vec3 background;
   float motion_y;
-  vec3 previous_normal;  // where an instance has changed its shape
+  vec3 previous_normal;  // only for deformed instances
   float unused_0;
   vec3 transmission_albedo;
   float unused_1;
 };
 
-// PixelGuides::separates_transmission
+// PixelGuides::separates_transmission.
 SHARED_FN bool SeparatesTransmission(SHARED_IN(GpuGuides) guides) {
   return guides.transmission_albedo != vec3(0.0f);
 }
 
-// VirtualImage.
+// Device version of VirtualImage.
 struct GpuImage {
   vec3 normal;
   float depth;
@@ -106,14 +106,14 @@ struct GpuImage {
   uint unused_0, unused_1;
 };
 
-// A signal of a pixel: light, and in sums of samples the sum of the squared luminances. Pixels have
-// GpuFrame::signal_count of them each, by SignalKind.
+// A signal of a pixel: radiance and, in sums over samples, the sum of squared luminances. Each
+// pixel has GpuFrame::signal_count signals, by SignalKind.
 struct GpuSignal {
   vec3 light;
   float square;
 };
 
-// PathState between the steps: what each of them needs and changes,
+// The members of PathState that every step reads and writes.
 struct GpuPath {
   vec3 throughput;
   float density;
@@ -127,7 +127,7 @@ struct GpuPath {
   uint unused_0;
 };
 
-// and the rest: weights that are written once, and the medium of paths that are in one.
+// The remaining members: first-surface throughput, which is written once, and the current medium.
 struct GpuPathParts {
   vec3 diffuse;
   float unused_0;
@@ -139,20 +139,20 @@ struct GpuPathParts {
   float scatter_anisotropy;
 };
 
-// Light that is added if its shadow ray is unoccluded.
+// Contribution of light sampling, added if the shadow ray is unoccluded.
 struct GpuShadow {
   vec3 origin;
   float end;
   vec3 direction;
-  uint pixel;  // of the batch
+  uint pixel;  // index of the pixel in the batch
   vec3 diffuse;
   int light;  // kLight...
   vec3 specular;
   uint unused_0;
 };
 
-// A list of pixels of the batch with work: the groups of an indirect dispatch, then the number of
-// threads of an indirect launch of rays, `count` times 1 times 1.
+// A queue of pixels with work: the workgroup count of an indirect dispatch, then the size of an
+// indirect ray tracing launch, `count` x 1 x 1.
 struct GpuQueue {
   uint groups_x;
   uint groups_y;
@@ -163,43 +163,43 @@ struct GpuQueue {
   uint unused_0, unused_1;
 };
 
-// Two queues alternate, as do those of the shadow rays.
+// Two queues of paths alternate, and two queues of shadow rays.
 const uint kQueueActive = 0u;
 const uint kQueueShadow = 2u;
 const uint kQueueCount = 4u;
 const uint kGroupSize = 64u;
 
-// Of the paths, from one submission to the next.
+// Progress of the paths, kept from one submission to the next.
 struct GpuProgress {
-  uint left;   // paths after the last step that was recorded: nothing else advances before these
-  uint steps;  // of the current part of a sample so far
+  uint left;   // unfinished paths after the last recorded step, which must be finished first
+  uint steps;  // steps of the current part of a sample so far
 };
 
-// Of a submission.
+// Counters of a submission.
 struct GpuCounters {
   uint primary_rays;
   uint bounce_rays;
   uint shadow_rays;
   uint dropped;  // contributions that were not finite or negative
   uint image_rays;
-  uint parts;  // of samples (GpuBatch::part) that were finished
+  uint parts;  // finished parts of samples (GpuBatch::part)
   uint steps;  // most steps of any part
   uint left;   // GpuProgress::left
 };
 
-// These replace the instance in the hit of a pixel's camera ray if it passes transparent surfaces:
-// several, or a single one, whose other numbers stay and whose instance is in the guides.
+// These values replace Hit::instance of a primary ray that passes transparent surfaces: several
+// layers, or a single layer, whose other hit members are valid and whose instance is in the guides.
 const uint kSeveralLayers = 0xfffffffeu;
 const uint kLayerBeforeSky = 0xfffffffdu;
 
-// Values of GpuBatch::phase. In steps, the current one of the two queues 0 and 1. Between the steps
-// that plus
-const uint kPhaseMayStop = 4u;  // in the last step recorded: paths may be left
-const uint kPhaseEnd = 8u;      // in the last step that a path may have
-const uint kPhaseResume = 16u;  // where paths were left, of the queue that has them
+// Values of GpuBatch::phase. In steps: the index, 0 or 1, of the current queue. Between steps: the
+// index of the queue plus
+const uint kPhaseMayStop = 4u;  // in the last recorded step: paths may be unfinished
+const uint kPhaseEnd = 8u;      // in the last possible step of a path
+const uint kPhaseResume = 16u;  // when resuming, of the queue with the unfinished paths
 // or
 const uint kPhaseStart = 2u;  // after paths have started
-// Of summing samples.
+// When summing samples.
 const uint kPhaseFirstSample = 0u;
 const uint kPhaseNextSample = 1u;
 

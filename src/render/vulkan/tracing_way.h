@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The two ways of tracing rays on a device. All other code is the same.
+/// Selects ray tracing pipelines or compute shaders for tracing rays on a device; all other code is
+/// common to both.
 #pragma once
 
 #include <cstdint>
@@ -9,23 +10,23 @@
 namespace stillray::render {
 
 enum class TracingWay : uint8_t {
-  kAuto,      ///< hardware if a GPU has units for it, else compute
+  kAuto,      ///< kHardware if the GPU has ray tracing units, else kCompute
   kHardware,  ///< VK_KHR_ray_tracing_pipeline
-  kCompute,   ///< stillray's BVH, traversed by compute shaders: on any device
+  kCompute,   ///< stillray's BVH, traversed by compute shaders; runs on any device
 };
 
-/// Ways of finding the camera's first hits.
+/// Method for primary hits.
 enum class FirstHits : uint8_t {
-  kAuto,  ///< drawn, except on GPUs whose driver emulates ray tracing pipelines: see DrawsFirstHits
-  kDraw,  ///< by the rasteriser, if the device can
-  kTrace,  ///< as all other rays
+  kAuto,  ///< kDraw, except on GPUs whose driver emulates ray tracing pipelines: see DrawsFirstHits
+  kDraw,  ///< rasterised, if the device supports it
+  kTrace,  ///< traced like all other rays
 };
 
-/// Ways of reading textures.
+/// Method for texture lookups.
 enum class TextureWay : uint8_t {
-  kAuto,     ///< sampled by GPUs, unless they have no images of the size that the scene needs
-  kExact,    ///< texels from a buffer, filtered as on the CPU: the same values
-  kSampled,  ///< by texture units, which filter with fractions of 8 bits
+  kAuto,     ///< kSampled on GPUs, unless the scene's textures exceed the device's image size
+  kExact,    ///< texels from a buffer, filtered as on the CPU, with equal values
+  kSampled,  ///< by texture units, which filter with 8-bit fractions
 };
 
 }  // namespace stillray::render

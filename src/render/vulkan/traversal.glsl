@@ -4,13 +4,13 @@
 // Traversal of the two-level BVH. Needs scene.glsl and material_lookup.glsl.
 //
 // Watertight: no ray passes between triangles that share an edge or a vertex (triangle_test.glsl),
-// and none passes the box of one that it meets (box_test_shared.h).
+// and no ray misses the box of a triangle that it intersects (box_test_shared.h).
 #include "render/vulkan/box_test_shared.h"
 #include "render/vulkan/child_group_shared.h"
 #include "render/vulkan/triangle_test.glsl"
 
-// Of two hits at the same distance the one with the smaller indices counts, so that the hit does
-// not depend on the order of traversal.
+// Of two hits at equal distance the hit with the smaller indices is preferred, which makes the
+// result independent of the traversal order.
 bool Before(GpuHit a, GpuHit b) {
   if (a.t != b.t) {
     return a.t < b.t;
@@ -18,9 +18,9 @@ bool Before(GpuHit a, GpuHit b) {
   return a.instance != b.instance ? a.instance < b.instance : a.primitive < b.primitive;
 }
 
-// The ray's first hit, or, for a shadow ray, the remaining light.
+// The ray's first hit or, for a shadow ray, its transmittance.
 //
-// One stack serves both levels; what lies below `bottom` is that of the world while the ray is in
+// Both levels share one stack: entries below `bottom` belong to the top level while the ray is in
 // the space of a placement.
 GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
   ChildGroup stack[kStackSize];
@@ -54,7 +54,7 @@ GpuHit WalkScene(GpuRay ray, bool shadow, out vec3 light) {
         }
       }
       if (DistanceOfChild(next) > best.t * kEndScale) {
-        next = kMissed;  // the others are not nearer
+        next = kMissed;  // the remaining children are not nearer
         continue;
       }
       uint child = nodes[node].children[NumberOfChild(next)];
@@ -108,7 +108,7 @@ GpuHit FindFirstHit(GpuRay ray) {
   return WalkScene(ray, false, light);
 }
 
-// Transmittance from the ray's end to its origin, per channel in 0..1.
+// Transmittance between the ray's origin and end, per channel in 0..1.
 vec3 FindTransmittance(GpuRay ray) {
   vec3 light;
   WalkScene(ray, true, light);

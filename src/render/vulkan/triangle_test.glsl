@@ -2,15 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 
 // Ray/triangle intersection as in Woop, Benthin and Wald (2013), "Watertight Ray/Triangle
-// Intersection". Where the paper falls back to double precision, zero counts as inside: then both
-// neighbours of an edge are hit, at the same distance. Needs scene.glsl.
+// Intersection". Where the paper falls back to double precision, this version counts zero as
+// inside: both triangles of an edge are then hit, at equal distance. Needs scene.glsl.
 
 // A ray in the space of a BVH, prepared for traversal.
 struct Walk {
   vec3 origin;
   vec3 direction;
   vec3 inverse;
-  ivec3 axes;  // the last one is the direction's longest; right-handed along it
+  ivec3 axes;  // permutation of the axes, right-handed; the last is the direction's dominant axis
   vec3 shear;
 };
 
@@ -35,8 +35,8 @@ Walk MakeWalk(vec3 origin, vec3 direction) {
   return walk;
 }
 
-// The ray in the space of a placement. The direction is not normalised, so distances are those of
-// the world.
+// The ray in the space of a placement. The direction is not normalised, hence distances are in
+// world units.
 Walk WalkOf(GpuRay ray, Placement placement) {
   if (placement.instance == kNoInstance) {
     return MakeWalk(ray.origin, ray.direction);
@@ -47,8 +47,8 @@ Walk WalkOf(GpuRay ray, Placement placement) {
                                   placement.to_object_z, ray.direction));
 }
 
-// In the ray's own space: it starts at 0 and runs along z. One axis at a time and with the same
-// operations for all three corners, so that a corner shared by two triangles has one position.
+// Transforms p to ray space, where the ray starts at 0 and points along z. The operations are
+// identical for all three corners, so that a corner shared by two triangles has one position.
 vec3 ShearPoint(Walk walk, vec3 p) {
   precise vec3 q = p - walk.origin;
   precise float x = q[walk.axes.x] - walk.shear.x * q[walk.axes.z];
@@ -62,7 +62,8 @@ bool MeetTriangle(Walk walk, vec3 p0, vec3 p1, vec3 p2, float end, out vec3 tuv)
   vec3 a = ShearPoint(walk, p0);
   vec3 b = ShearPoint(walk, p1);
   vec3 c = ShearPoint(walk, p2);
-  // Products are rounded separately: swapping the ends of an edge just negates the result.
+  // Products are rounded separately, so that swapping the ends of an edge exactly negates the
+  // result.
   precise float cb = c.x * b.y;
   precise float bc = c.y * b.x;
   precise float ac = a.x * c.y;
@@ -86,7 +87,7 @@ bool MeetTriangle(Walk walk, vec3 p0, vec3 p1, vec3 p2, float end, out vec3 tuv)
   return t > 0.0f && t <= end;
 }
 
-// `instance` is that of the placement.
+// \param instance  instance of the placement
 GpuHit MakeHit(vec3 tuv, uint instance, BvhTriangle triangle) {
   return GpuHit(tuv.x, tuv.y, tuv.z, instance == kNoInstance ? triangle.instance : instance,
                 triangle.primitive);

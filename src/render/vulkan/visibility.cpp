@@ -73,7 +73,7 @@ Result<std::unique_ptr<Visibility>> Visibility::Create(gpu::Device* device, cons
 
 void Visibility::Record(VkCommandBuffer commands, const RasterView& view) const {
   const gpu::DeviceContext& c = device_->context();
-  // Waits for the copies of moved instances, and for the last frame's reads.
+  // Waits for the copies of moved instances, and for reads by the previous frame.
   gpu::MemoryBarrier(c, commands, VK_PIPELINE_STAGE_TRANSFER_BIT | c.shader_stages,
                      VK_ACCESS_TRANSFER_WRITE_BIT,
                      VK_PIPELINE_STAGE_VERTEX_SHADER_BIT | VK_PIPELINE_STAGE_TRANSFER_BIT,

@@ -1,9 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The camera's first hits by the device's rasteriser: the first stage of the hybrid renderers of
-/// the SVGF papers. It stores one triangle per pixel; positions, normals, motion and materials are
-/// looked up from there, so the guides equal those of a traced ray.
+/// Primary hits by rasterisation: the visibility buffer of the hybrid renderers of the SVGF papers.
+/// It stores one triangle per pixel; positions, normals, motion and materials are looked up from
+/// it, so that the guides equal those of traced rays.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,7 @@ namespace stillray::render {
 class Visibility {
  public:
   /// \param device, accel, state  must outlive this
-  /// \param width, height  of the largest picture
+  /// \param width, height  maximum image size
   /// \return kUnsupported: the device cannot rasterise, or not at this size
   static Result<std::unique_ptr<Visibility>> Create(gpu::Device* device, const GpuAccel* accel,
                                                     const SceneState& state, int width, int height);
@@ -26,7 +26,7 @@ class Visibility {
   bool HasRoomFor(int width, int height) const {
     return width <= picture_->width && height <= picture_->height;
   }
-  /// Records the update of triangles() for a picture of the view's size, which must fit; later
+  /// Records the update of triangles() for an image of the view's size, which must fit; later
   /// shaders may read it.
   void Record(VkCommandBuffer commands, const RasterView& view) const;
 

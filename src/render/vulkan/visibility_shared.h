@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// The camera's parameters for the rasteriser.
+// Camera parameters for rasterisation.
 #ifndef STILLRAY_RENDER_VULKAN_VISIBILITY_SHARED_H
 #define STILLRAY_RENDER_VULKAN_VISIBILITY_SHARED_H
 
@@ -14,11 +14,11 @@ STILLRAY_RENDER_BEGIN
 // Push constants.
 struct RasterView {
   GpuView view;
-  vec2 point;  // position of the ray in each pixel: (0.5, 0.5) is the centre
+  vec2 point;  // position of the primary ray in the pixel: (0.5, 0.5) is the centre
 };
 
-// The near plane. Rays have none, so it is negligibly close: depths are kNearest / w as floats,
-// whose relative precision is the same everywhere.
+// Distance of the near plane. Rays have no near plane, hence it is negligibly close: depths are
+// kNearest / w as floats, whose relative precision is uniform.
 const float kNearest = 1e-10f;
 
 STILLRAY_RENDER_END

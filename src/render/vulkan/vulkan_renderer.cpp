@@ -43,20 +43,19 @@ struct BatchPlan {
   int samples = 0;
 };
 
-/// What one submission does for a batch: its guides if none of its samples is `done`, then some of
-/// its samples, and after the last one its results.
+/// The work of one submission for a batch: guides if no sample is `done` yet, then a number of
+/// samples, and the results after the last sample.
 struct BatchWork {
   GpuBatch batch = {};
   BatchPlan plan;
   int done = 0;
   int samples = 0;
-  // Above 0: goes on where a submission has left paths of the first of the samples, after so many
-  // steps of this part.
+  // Above 0: resumes unfinished paths of the first sample after this many steps of resumed_part.
   int resumed_steps = 0;
   int resumed_part = 0;
 
   bool is_last() const { return done + samples == plan.samples; }
-  int steps() const { return std::max(samples, 1); }  // guides alone count like a sample
+  int steps() const { return std::max(samples, 1); }  // guides alone count as one sample
   double paths() const { return static_cast<double>(batch.count) * steps(); }
 };
 
@@ -92,13 +91,13 @@ class VulkanRenderer final : public Renderer {
                     const RenderProgress& progress) override;
   Status TraceReference(const RenderMoment& moment, int spp, Image3* radiance,
                         const RenderProgress& progress) override;
-  /// The rasteriser has one centre of projection.
+  /// Whether primary hits may be rasterised, which needs a single centre of projection.
   bool MayDraw() const { return picture_->draws() && frame_.view.lens_radius <= 0.0f; }
   GpuTracer* tracer() const { return picture_->tracer(); }
   Status MoveTo(const RenderMoment& moment);
   TracerParts PartsFor(const RenderSettings& settings) const;
   Status AllowHostResults();
-  /// The virtual guides of frames with the cameras of SetCameras.
+  /// Kinds of virtual guides of frames with the cameras of SetCameras.
   ImageKinds ShownImages() const {
     return WantedImages(settings_, images_, frame_.view.lens_radius > 0.0f);
   }
@@ -112,8 +111,8 @@ class VulkanRenderer final : public Renderer {
   Status Flush(ProgressMeter* meter);
   void SelectSample(uint64_t sample, GpuBatch* batch) const;
   int MostPaths() const;
-  /// The sums of the plan's samples are the light of its only one. Through a lens the sums have
-  /// guides too, and those of references their rounding errors.
+  /// Whether the plan has a single sample whose radiance replaces the sums. Not with a lens, which
+  /// also sums guides, nor for references, which also store rounding errors.
   bool HasSingleSample(const BatchPlan& plan) const {
     return plan.samples == 1 && !plan.reference && frame_.view.lens_radius <= 0.0f;
   }
@@ -136,7 +135,7 @@ class VulkanRenderer final : public Renderer {
   TextureWay textures_;
   RenderSettings settings_;
   bool any_transmission_;
-  ImageKinds images_;  // that the scene may show
+  ImageKinds images_;  // virtual images that the scene may contain
   SceneState state_;
   LightSet lights_;
   std::unique_ptr<GpuAccel> accel_;
@@ -145,16 +144,16 @@ class VulkanRenderer final : public Renderer {
   DeviceStore device_store_;
   gpu::Timestamps times_;
   GpuFrame frame_ = {};
-  float focal_pixels_ = 0;                     ///< of the camera of frame_
-  SamplerKind sampler_ = SamplerKind::kSobol;  // of frame_
-  // the visible triangles were rasterised for this frame
+  float focal_pixels_ = 0;                     ///< focal length of the camera of frame_
+  SamplerKind sampler_ = SamplerKind::kSobol;  // sampler of frame_
+  // whether the visible triangles of this frame have been rasterised
   bool visible_ = false;
-  bool accel_moved_ = true;  // since the last upload
+  bool accel_moved_ = true;  // whether instances have moved since the last upload
   bool lights_moved_ = true;
   double previous_seconds_ = 0;
   SubmissionPace pace_;
   StepForecast forecast_;
-  std::vector<BatchWork> pending_;  // of the next submission
+  std::vector<BatchWork> pending_;  // work of the next submission
   RenderTimings timings_;
   SparseFrameWriter sparse_;
 };
@@ -184,7 +183,8 @@ TracerParts VulkanRenderer::PartsFor(const RenderSettings& settings) const {
           !settings.on_device};
 }
 
-/// For references, and for frames without memory for their images on the device.
+/// Allocates host results, for references and for frames whose images do not fit into device
+/// memory.
 Status VulkanRenderer::AllowHostResults() {
   TracerParts parts = tracer()->parts();
   if (parts.to_host) {
@@ -218,11 +218,11 @@ Status VulkanRenderer::SetSettings(const RenderSettings& settings) {
 
 Status VulkanRenderer::MoveTo(const RenderMoment& moment) {
   STILLRAY_RETURN_IF_ERROR(CheckMoment(state_.scene(), moment));
-  if (tracer() == nullptr) {  // there was no memory for it when the settings changed
+  if (tracer() == nullptr) {  // memory was insufficient when the settings changed
     STILLRAY_RETURN_IF_ERROR(MakePicture(settings_));
   }
   timings_ = RenderTimings();
-  pending_.clear();  // of a frame that failed
+  pending_.clear();  // work of a frame that failed
   forecast_.NextFrame();
   const PhaseTimer timer(&timings_.update_ms);
   const bool moved = state_.Update(moment.seconds, moment.previous_seconds);
@@ -347,7 +347,7 @@ Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work, i
   return Status::Ok();
 }
 
-/// One after another; the results of the last one may go to the host.
+/// Submits the works in sequence; the results of the last work may be copied to the host.
 Status VulkanRenderer::Submit(const std::vector<BatchWork>& works, int steps) {
   const gpu::FairLock lock = device_->Lock();
   const Result<VkCommandBuffer> commands = device_->Begin();
@@ -375,7 +375,7 @@ Status VulkanRenderer::Submit(const std::vector<BatchWork>& works, int steps) {
                       device_store_.active() ? GpuTracer::Results() : ResultsAfter(works.back()));
   const Clock::time_point start = Clock::now();
   STILLRAY_RETURN_IF_ERROR(device_->Run());
-  if (!resumes) {  // else most of the work was done before
+  if (!resumes) {  // otherwise most of the work was done before
     pace_.Adapt(paths, MillisecondsSince(start),
                 static_cast<double>(tracer()->capacity()) * kMostSamples);
   }
@@ -400,8 +400,8 @@ Status VulkanRenderer::TraceBatch(const GpuBatch& batch, const BatchPlan& plan,
   return Status::Ok();
 }
 
-/// Adds work to the next submission; submits first what would be too much with it, and then what is
-/// enough. The host's copy of results has room for one batch.
+/// Adds work to the next submission. Submits pending work first if the sum would be too large, and
+/// afterwards if it is large enough. The host copy of results holds one batch.
 Status VulkanRenderer::Add(const BatchWork& work, ProgressMeter* meter) {
   double paths = 0;
   int steps = 0;
@@ -418,7 +418,8 @@ Status VulkanRenderer::Add(const BatchWork& work, ProgressMeter* meter) {
   return to_host || pace_.IsEnough(paths + work.paths()) ? Flush(meter) : Status::Ok();
 }
 
-/// What the last submission, of these works with so many steps for each path, did not do.
+/// The unfinished part of the last submission, which consisted of `works` with `steps` steps per
+/// path.
 std::vector<BatchWork> VulkanRenderer::WorkLeft(const std::vector<BatchWork>& works,
                                                 int steps) const {
   const int parts = PartsOfSamples();
@@ -452,12 +453,12 @@ Status VulkanRenderer::Flush(ProgressMeter* meter) {
   return meter->cancelled() ? Status::Cancelled() : Status::Ok();
 }
 
-/// Of a batch.
+/// Maximum paths of a batch.
 int VulkanRenderer::MostPaths() const {
   return static_cast<int>(std::min(pace_.paths(), static_cast<double>(tracer()->capacity())));
 }
 
-/// Those of the last batch on the host.
+/// Results of the last batch in host memory.
 BatchResults VulkanRenderer::ResultsOf(const BatchPlan& plan) const {
   BatchResults results;
   results.guides = plan.guides ? tracer()->guides() : nullptr;
@@ -469,7 +470,7 @@ BatchResults VulkanRenderer::ResultsOf(const BatchPlan& plan) const {
   return results;
 }
 
-/// Covers the picture with rectangles of a size that suits one submission.
+/// Covers the image with rectangles of a size suitable for one submission.
 template <typename Store>
 Status VulkanRenderer::ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store) {
   constexpr int kBlock = static_cast<int>(kBlockSize);
@@ -501,7 +502,7 @@ double WorkOf(const RenderSettings& settings, double samples) {
          samples;
 }
 
-/// On the device, if requested and there is memory; else on the host.
+/// Begins a frame in device memory if requested and memory suffices, otherwise in host memory.
 Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   device_store_.Drop();
   SetCameras(moment);
@@ -540,7 +541,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   return device_store_.End(int64_t{settings_.width} * settings_.height, frame);
 }
 
-/// The pixels to trace; clears the host's planes of all others.
+/// Returns the pixels to trace; clears all other pixels of the host planes.
 std::vector<PixelPosition> VulkanRenderer::ChoosePixels(const PixelOrder& order, Frame* frame) {
   const PhaseTimer timer(&timings_.clear_ms);
   std::vector<PixelPosition> chosen;
@@ -575,7 +576,7 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   sparse_.Begin(settings_, *frame);
   STILLRAY_RETURN_IF_ERROR(BeginFrame(moment, frame));
   const bool full = settings_.guides == GuideCoverage::kFull;
-  // Sparse guides are too few to rasterise the whole scene for.
+  // Sparse guides are too few to justify rasterising the whole scene.
   frame_.rasterised = full && MayDraw() ? 1 : 0;
   const PixelOrder order(settings_.cycle, settings_.seed, moment.frame_index);
   const std::vector<PixelPosition> chosen = ChoosePixels(order, frame);
@@ -593,7 +594,7 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   plan.samples = 1;
   for (size_t done = 0; done < chosen.size();) {
     if (done > 0) {
-      STILLRAY_RETURN_IF_ERROR(Flush(&meter));  // it reads the list
+      STILLRAY_RETURN_IF_ERROR(Flush(&meter));  // the pending work reads the list
     }
     const size_t count = std::min(chosen.size() - done, static_cast<size_t>(MostPaths()));
     for (size_t i = 0; i < count; ++i) {

@@ -22,12 +22,12 @@ namespace {
 constexpr int kWidth = 4;
 constexpr size_t kBuilderAlignment = 16;
 
-/// A node in the memory of Embree's builder: an inner node, or a leaf.
+/// A node allocated by Embree's builder: an inner node or a leaf.
 struct BuiltNode {
   bool leaf = false;
-  uint32_t count = 0;           // of children or items
-  BuiltNode* children[kWidth];  // of inner nodes
-  Aabb boxes[kWidth];           // of the children
+  uint32_t count = 0;           // number of children or items
+  BuiltNode* children[kWidth];  // children of inner nodes
+  Aabb boxes[kWidth];           // bounding boxes of the children
   uint32_t items[kMostLeafItems];
 };
 
@@ -69,17 +69,18 @@ Aabb Union(const Aabb& a, const Aabb& b) {
 
 /// One axis of a node: the grid, and the bounds of its children on it.
 struct AxisGrid {
-  uint32_t exponent = 1;  // of a float: the smallest scale is the smallest normal number
+  uint32_t exponent = 1;  // float exponent of the scale; 1 is the smallest normal number
   std::array<uint32_t, kWidth> low{};
   std::array<uint32_t, kWidth> high{};
 };
 
-/// The product is exact, so a fused multiply-add gives the same result.
+/// Position of a grid plane. The product is exact, hence a fused multiply-add gives an equal
+/// result.
 float OnGrid(float origin, uint32_t step, float scale) {
   return origin + static_cast<float>(step) * scale;
 }
 
-/// Steps 0 to 255 that enclose low to high; false if 255 is not enough.
+/// Quantises the interval [low, high] conservatively to steps 0 to 255; false if it does not fit.
 bool Quantise(float origin, float scale, float low, float high, uint32_t* low_step,
               uint32_t* high_step) {
   const auto steps = [&](float x) {
@@ -87,7 +88,7 @@ bool Quantise(float origin, float scale, float low, float high, uint32_t* low_st
   };
   auto down = static_cast<uint32_t>(steps(low));
   auto up = static_cast<uint32_t>(steps(high));
-  // Rounding of the sum may make a step not conservative.
+  // Rounding of the sum may violate the bound.
   while (down > 0 && OnGrid(origin, down, scale) > low) {
     --down;
   }
@@ -117,7 +118,7 @@ AxisGrid MakeGrid(const Aabb* boxes, uint32_t count, int axis, float origin) {
       fits &= Quantise(origin, scale, boxes[i].min[axis], boxes[i].max[axis], &grid.low[i],
                        &grid.high[i]);
     }
-    if (fits || grid.exponent == 254) {  // a grid of 10^38 holds every finite box
+    if (fits || grid.exponent == 254) {  // a scale of 10^38 fits every finite box
       return grid;
     }
   }
@@ -127,10 +128,10 @@ uint32_t Pack(const std::array<uint32_t, kWidth>& bytes) {
   return bytes[0] | bytes[1] << 8 | bytes[2] << 16 | bytes[3] << 24;
 }
 
-/// A ray along a box's face is inside the box: shaders multiply the distance to its planes by up to
-/// 1e18, and zero would fail. So boxes are enlarged by a few units in the last place of the node's
-/// largest coordinate. That is also more than what rounding moves a plane by, so the exact planes
-/// enclose the content as well as the rounded ones.
+/// A ray along a face of a box must hit the box, but shaders multiply the distance to its planes by
+/// up to 1e18, and a distance of zero would fail. Boxes are therefore enlarged by a few units in
+/// the last place of the node's largest coordinate. That exceeds the rounding error of the planes,
+/// so that exact and rounded planes enclose the content.
 constexpr float kMargin = 0x1p-22f;
 
 BvhNode PackNode(const Aabb* tight, uint32_t count) {
@@ -165,7 +166,7 @@ class Flattener {
  public:
   explicit Flattener(WideBvh* out) : out_(out) {}
 
-  // The parent's reference to the subtree; `stack`: the entries that its traversal needs.
+  // Returns the parent's reference to the subtree. `stack`: [out] entries needed for its traversal.
   uint32_t Add(const BuiltNode& built, int* stack) {
     *stack = 0;
     if (built.leaf) {
@@ -180,7 +181,7 @@ class Flattener {
       out_->nodes[index].children[i] = child;
       *stack = std::max(*stack, below);
     }
-    // A child is traversed while one entry holds its siblings.
+    // During the traversal of a child, one entry holds its siblings.
     *stack += children > 1 ? 1 : 0;
     return static_cast<uint32_t>(index);
   }
@@ -263,7 +264,7 @@ class EmbreeWideBvhBuilder final : public WideBvhBuilder {
           fmt::format("building the BVH of {}: Embree error {}", what, static_cast<int>(error));
       return error == RTC_ERROR_OUT_OF_MEMORY ? Status::OutOfMemory(text) : Status::Internal(text);
     }
-    BuiltNode parent;  // a single leaf needs one
+    BuiltNode parent;  // a single leaf needs a parent
     if (root->leaf) {
       parent.count = 1;
       parent.children[0] = root;
@@ -292,7 +293,7 @@ Result<std::unique_ptr<WideBvhBuilder>> WideBvhBuilder::Create() {
 Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item,
               std::span<const Aabb> boxes) {
   std::vector<Aabb> of_nodes(nodes.size());
-  // Boxes of the node's children; their number.
+  // Writes the boxes of the node's children; returns their number.
   const auto find_children = [&](const BvhNode& node, std::array<Aabb, kWidth>* out) {
     uint32_t count = 0;
     for (; count < kWidth && node.children[static_cast<int>(count)] != 0; ++count) {
@@ -316,7 +317,7 @@ Aabb RefitBvh(std::span<BvhNode> nodes, uint32_t first_node, uint32_t first_item
       of_nodes[n] = Union(of_nodes[n], of_children[i]);
     }
   }
-  // Nearly all of the time.
+  // This loop takes nearly all of the time.
   constexpr size_t kGrain = 256;
   tbb::parallel_for(tbb::blocked_range<size_t>(0, nodes.size(), kGrain),
                     [&](const tbb::blocked_range<size_t>& range) {

@@ -13,15 +13,16 @@ namespace {
 constexpr float kRadiansPerPixel = 0.005f;
 constexpr float kDistancesPerSecond = 0.6f;
 constexpr float kFast = 4;
-constexpr float kClickPixels = 4;     // a longer movement is a drag
-constexpr double kLongestStep = 0.1;  // seconds: after a pause the camera does not jump
+constexpr float kClickPixels = 4;  // a longer movement is a drag
+// Maximum time step in seconds, so that the camera does not jump after a pause.
+constexpr double kLongestStep = 0.1;
 
 ViewPose CurrentPose(const ViewerState& state) {
   const ViewSettings& s = state.settings;
   return s.free_camera && !s.orbiting ? s.pose : state.frame->pose;
 }
 
-/// Requests the depth under the mouse, which arrives with one of the next frames.
+/// Requests the depth under the mouse, which is part of one of the next frames.
 void AskForFocus(bool turn, const Rect& area, ImVec2 mouse, ViewerState* state) {
   ++state->settings.focus;
   state->focus_asked = state->settings.focus;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Mouse and keys that move the camera.
+/// Camera control by mouse and keys.
 #pragma once
 
 #include "view/window/layout.h"
@@ -9,7 +9,7 @@
 
 namespace stillray::view {
 
-/// Call with the picture's widget as the last item, whose hover state is used.
+/// Handles mouse input. Call it directly after the image widget, whose hover state is used.
 void HandleCameraMouse(const Rect& area, ViewerState* state);
 /// \param elapsed  seconds since the last call
 /// \return whether a key that moves the camera is held down

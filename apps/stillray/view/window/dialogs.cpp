@@ -65,7 +65,7 @@ Status CheckOverwrite(ViewerState* state) {
   return Status::InvalidArgument("'" + state->dialog_path + "' exists. Overwrite it?");
 }
 
-/// Executes the dialog's action. \return an error of the path, if it is known at once
+/// Executes the dialog's action. \return an error of the path if it is known immediately
 Status Confirm(ViewEngine* engine, ViewerState* state) {
   const std::string& path = state->dialog_path;
   if (path.empty() && state->dialog != Dialog::kOpenEnvironment) {
@@ -123,7 +123,7 @@ void DrawPathDialog(ViewEngine* engine, ViewerState* state) {
     ImGui::PopTextWrapPos();
   }
   const float em = ImGui::GetFontSize();
-  // The field lost the keyboard focus to the question; a key that is held down is not an answer.
+  // The question has taken the keyboard focus from the field; a held key is not an answer.
   confirmed |= AsksToOverwrite(*state) &&
                ImGui::IsKeyPressed(ImGui::GetKeyIndex(ImGuiKey_Enter), /*repeat=*/false);
   confirmed |= ImGui::Button(AsksToOverwrite(*state) ? "Overwrite##ok" : "OK##ok", {6 * em, 0});

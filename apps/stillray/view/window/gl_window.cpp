@@ -85,7 +85,7 @@ Status NoWindow(const char* what) {
 
 }  // namespace
 
-/// Not every event of the window system is user input: software OpenGL generates some with every
+/// Counts user input, as opposed to window system events: software OpenGL generates events in every
 /// frame, and redrawing for them would never stop. Called by Dear ImGui's backend.
 void GlWindow::CountInput() {
   static constexpr auto kMark = [](GLFWwindow* window) {
@@ -139,7 +139,7 @@ Result<std::unique_ptr<GlWindow>> GlWindow::Create(int width, int height,
 
   IMGUI_CHECKVERSION();
   ImGui::CreateContext();
-  ImGui::GetIO().IniFilename = nullptr;  // no file in the current folder
+  ImGui::GetIO().IniFilename = nullptr;  // do not write a file to the current folder
   float scale = 1;
   glfwGetWindowContentScale(handle, &scale, nullptr);
   scale = std::clamp(scale, 0.75f, 4.0f);

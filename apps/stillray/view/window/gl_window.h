@@ -24,8 +24,8 @@ class GlWindow {
   GlWindow(const GlWindow&) = delete;
   GlWindow& operator=(const GlWindow&) = delete;
 
-  /// Sleeps until there is an event, or for at most so many seconds. \return whether there was user
-  /// input, or the window must be redrawn
+  /// Sleeps until an event occurs, or for at most `seconds`. \return whether there was user input
+  /// or the window must be redrawn
   bool WaitForEvents(double seconds);
   /// Ends a WaitForEvents; may be called from any thread during the window's lifetime.
   static void Wake();
@@ -33,7 +33,7 @@ class GlWindow {
   void BeginFrame();
   void EndFrame();
 
-  /// Hides the window at once.
+  /// Hides the window immediately.
   void Hide();
   bool should_close() const;
   /// Switches between the whole primary monitor and the previous size. No effect if nothing
@@ -55,7 +55,7 @@ class GlWindow {
   std::vector<std::string> dropped_;
   std::vector<KeyPress> keys_;
   bool input_ = false;
-  int windowed_[4] = {0, 0, 0, 0};  ///< place and size before the full screen
+  int windowed_[4] = {0, 0, 0, 0};  ///< position and size before fullscreen
 };
 
 }  // namespace stillray::view

@@ -24,7 +24,7 @@ void InterfaceTimes::Drawn(double ms) {
 }
 
 void InterfaceTimes::Posted(uint64_t number, uint64_t made, double input_at) {
-  // Before the first picture there can be no answer.
+  // No response is possible before the first image.
   if (!question_ && shown_ > 0) {
     question_ = Question{number, made, input_at};
   }

@@ -5,8 +5,8 @@
 
 namespace stillray::view {
 
-/// A key press. Dear ImGui samples keys once per frame of the interface, and misses one that is
-/// released before, as during the long first frames of a window.
+/// A key press event. Dear ImGui samples keys once per interface frame, and misses keys that are
+/// released within a frame, as during the long first frames of a window.
 struct KeyPress {
   int key = 0;  ///< GLFW_KEY_...
   bool control = false;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Keys of the whole window.
+// Keyboard shortcuts of the window.
 #include <GLFW/glfw3.h>
 #include <imgui.h>
 

@@ -21,11 +21,11 @@ struct Layout {
   Rect bar;
 };
 
-/// \param width, height  of the window
-/// \param menu_height    of the menu at its top
-/// \param line_height    of a line of text with its frame
-/// \param font_size      of the text, pixels: the panel is as wide as its text needs, at any
-///     display scaling, but never wider than the picture
+/// \param width, height  size of the window
+/// \param menu_height    height of the menu bar
+/// \param line_height    height of a line of text with its frame
+/// \param font_size      font size in pixels, which determines the width of the panel at any
+///     display scaling; the panel is never wider than the image
 inline Layout MakeLayout(float width, float height, float menu_height, float line_height,
                          float font_size, bool show_panel) {
   const float wanted = std::clamp(width * 0.29f, 22 * font_size, 30 * font_size);

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pictures of a frame as OpenGL textures.
+/// The images of a frame as OpenGL textures.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +16,15 @@ namespace stillray::view {
 class PaneTextures {
  public:
   PaneTextures() = default;
-  /// Requires the OpenGL context of the textures.
+  /// Requires the textures' OpenGL context to be current.
   ~PaneTextures();
   PaneTextures(const PaneTextures&) = delete;
   PaneTextures& operator=(const PaneTextures&) = delete;
 
-  /// Uploads the pictures if they have changed.
-  /// \return why shared pictures cannot be imported; these panes are unchanged
+  /// Uploads the images if they have changed.
+  /// \return the reason if shared images cannot be imported; their panes are then unchanged
   Status Upload(const ViewFrame& frame, bool sharp_pixels);
-  /// Checks support for shared pictures. \return kUnsupported naming the missing OpenGL features
+  /// Checks support for shared images. \return kUnsupported naming the missing OpenGL features
   Status PrepareSharing();
   int count() const { return count_; }
   /// The OpenGL name of a pane's texture.
@@ -37,11 +37,11 @@ class PaneTextures {
     int height = 0;
     uint32_t format = 0;  ///< OpenGL format of the pixels
   };
-  /// Binds the texture, resized for pictures of this kind.
+  /// Binds the texture, reallocated if size or format differ.
   void BindPane(int width, int height, uint32_t format, Pane* pane) const;
   Status UploadPane(const ViewFrame& frame, size_t index);
 
-  std::unique_ptr<SharedImports> imports_;  ///< nullptr: pictures are not shared
+  std::unique_ptr<SharedImports> imports_;  ///< nullptr: images are not shared
   std::vector<Pane> panes_;
   int count_ = 0;
   const ViewFrame* shown_ = nullptr;

@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Times, memory, measures against the reference, and the values of one pixel.
+// Times, memory, metrics against the reference, and the values of one pixel.
 #include <algorithm>
 #include <cmath>
 
@@ -66,7 +66,7 @@ void Row(const char* name, const std::string& value) {
   ImGui::TextUnformatted(value.c_str());
 }
 
-/// Puts the value on a separate line if both do not fit, so that neither is cut.
+/// Shows name and value, on separate lines if both do not fit on one.
 void WideRow(const char* name, const std::string& value) {
   ImGui::TableNextRow();
   ImGui::TableNextColumn();
@@ -99,7 +99,7 @@ void MeasureRow(const char* name, double noisy, double denoised, const char* for
   }
 }
 
-/// Shows how the finished picture is transferred from a device to the window.
+/// Shows how the finished image is transferred from a device to the window.
 void TellPath(const ViewerState& state) {
   const ViewFrame& f = *state.frame;
   const auto shown = std::find(f.panes.begin(), f.panes.end(), "denoised");

@@ -55,7 +55,8 @@ void CountButtons(ViewerState* state) {
   }
 }
 
-/// The radius begins as the camera's distance; it is kept until the orbit ends.
+/// Orbit controls. The radius is initialised with the camera's distance and kept until the orbit
+/// ends.
 void DrawOrbit(ViewerState* state) {
   ViewSettings& s = state->settings;
   bool orbits = s.orbiting;

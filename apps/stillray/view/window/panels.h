@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The parts of the window around the picture. Each draws itself and writes changes into the state.
+/// The parts of the window around the image. Each function draws its part and writes changes to the
+/// state.
 #pragma once
 
 #include "view/view_engine.h"

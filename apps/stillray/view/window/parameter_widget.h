@@ -11,9 +11,9 @@
 
 namespace stillray::view {
 
-/// Name, control, and a button that restores the base value where the value differs from it.
+/// Name, control, and a button that restores the base value if the value differs.
 /// \param base_name  name of the base in the tooltip: "preset", "default"
-/// \return the new value as text, if the user changed it; typed text may be invalid
+/// \return the new value as text if the user changed it; typed text may be invalid
 std::optional<std::string> ParameterWidget(const Parameter& p, const std::string& value,
                                            const char* base_name, const std::string& base);
 

@@ -17,7 +17,7 @@
 namespace stillray::view {
 namespace {
 
-constexpr float kGrab = 7;  // pixels on both sides of a divider in which it can be dragged
+constexpr float kGrab = 7;  // distance in pixels within which a divider can be dragged
 constexpr ImU32 kLine = IM_COL32(240, 240, 240, 255);
 constexpr ImU32 kShade = IM_COL32(0, 0, 0, 150);
 constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
@@ -44,7 +44,7 @@ void DrawPanes(const Rect& area, const PaneTextures& textures, const ViewerState
   float begin = 0;
   for (int i = 0; i < count; ++i) {
     const float end = ends[static_cast<size_t>(i)];
-    const auto texture = reinterpret_cast<ImTextureID>(  // NOLINT: as ImGui wants it
+    const auto texture = reinterpret_cast<ImTextureID>(  // NOLINT: required by ImGui
         static_cast<uintptr_t>(textures.texture(i)));
     draw->AddImage(texture, {area.x + begin * area.width, area.y},
                    {area.x + end * area.width, area.y + area.height}, {begin, 0}, {end, 1});
@@ -160,8 +160,7 @@ std::vector<std::string> StatusParts(const ViewerState& state) {
   return parts;
 }
 
-/// Wrapped to the width of the picture.
-/// \return its upper edge
+/// Draws the status, wrapped to the width of the image. \return y of its upper edge
 float DrawStatus(const Rect& area, const ViewerState& state) {
   constexpr const char* kGap = "   ";
   std::vector<std::string> lines(1);
@@ -186,7 +185,7 @@ float DrawStatus(const Rect& area, const ViewerState& state) {
   return y + line;
 }
 
-/// \param y  of the lower edge of the last one
+/// \param y  lower edge of the last toast
 void DrawToasts(const Rect& area, float y, const ViewerState& state) {
   for (auto toast = state.toasts.rbegin(); toast != state.toasts.rend() && y > area.y; ++toast) {
     y -= DrawWrappedLabel({area.x + 12, y}, area.width - 24, toast->text) + 12;
@@ -236,7 +235,7 @@ void DrawLoading(const Rect& area, double now, const ViewerState& state) {
   DrawSteps({x + 20, y + 3 * em, width - 40, 0.4f * em}, now, phase);
 }
 
-/// The orbit centre: while it is new, and while the camera is dragged.
+/// Marks the orbit centre after it has changed, and while the camera is dragged.
 void DrawFocus(const Rect& area, double now, const ViewerState& state) {
   const ViewSettings& s = state.settings;
   const bool shown = now < state.focus_until || ImGui::IsItemActive();

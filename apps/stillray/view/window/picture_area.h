@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// The pictures side by side, with dividers, overlays, and mouse input.
+/// The images side by side, with dividers, overlays, and mouse input.
 #pragma once
 
 #include "view/window/layout.h"

@@ -22,12 +22,12 @@ constexpr ImU32 kText = IM_COL32(235, 238, 240, 255);
 constexpr int kBarSteps = 48;
 
 ImU32 BarColour(const ViewRange& range, float at) {
-  // To the right, in the hue of motion in that direction.
+  // Colour of motion to the right.
   const Rgb8 c = range.motion ? MotionColour(at, 0, 1) : Heat(at);
   return IM_COL32(c.r, c.g, c.b, 255);
 }
 
-/// The most important values of a pixel, in this order; the panel has all others.
+/// The most important values of a pixel, in this order; the panel shows all values.
 bool IsShort(const std::string& view) {
   static constexpr const char* kShown[] = {"denoised", "noisy",  "albedo", "depth",
                                            "normal",   "motion", "id"};

@@ -29,7 +29,7 @@ void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEng
   for (const Parameter& p : RenderParameters()) {
     const bool is_rate = std::string_view(p.name) == "spp";
     if (is_rate && s.auto_rate) {
-      continue;  // the adaptive rate of the moment
+      continue;  // the momentary value of the adaptive rate
     }
     file.render.push_back(
         {p.name, is_rate ? ToText(s.rate) : GetRenderParameter(s.render, p.name).value()});

@@ -12,7 +12,7 @@ namespace stillray::view {
 
 /// \return errors of ReadSettingsFile; the state is then unchanged
 Status LoadViewSettings(const std::string& path, ViewerState* state);
-/// Writes in the background; the engine reports the outcome.
+/// Writes the settings in the background; the engine reports the outcome.
 void SaveViewSettings(const std::string& path, const ViewerState& state, ViewEngine* engine);
 
 }  // namespace stillray::view

@@ -28,8 +28,8 @@ namespace stillray::view {
   X(PFNGLIMPORTMEMORYFDEXTPROC, ImportMemoryFdEXT)           \
   X(PFNGLBUFFERSTORAGEMEMEXTPROC, BufferStorageMemEXT)
 
-/// Functions of OpenGL 3.3 and of the extensions; loaded at run time, as only some drivers have the
-/// latter.
+/// Functions of OpenGL 3.3 and of the extensions; loaded at run time, since not all drivers support
+/// the extensions.
 struct SharedImports::Functions {
 #define STILLRAY_GL_MEMBER_(type, name) type name = nullptr;
   STILLRAY_GL_FUNCTIONS(STILLRAY_GL_MEMBER_)
@@ -111,7 +111,7 @@ Status SharedImports::Make(const SharedPicture& picture, Imported* imported) con
   gl_->ImportMemoryFdEXT(imported->memory, picture.memory_bytes(), GL_HANDLE_TYPE_OPAQUE_FD_EXT,
                          *descriptor);
   if (const Status status = Failed("importing shared memory"); !status.ok()) {
-    close(*descriptor);  // the import owns it now
+    close(*descriptor);  // owned by the import after success
     return status;
   }
   const auto bytes = static_cast<GLsizeiptr>(picture.width()) * picture.height() * 4;

@@ -1,8 +1,7 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-/// Imports pictures from memory of the filter's device as textures, without a copy through the
-/// host.
+/// Imports images from the denoiser's device memory as textures, without a copy through the host.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +14,7 @@
 namespace stillray::view {
 
 /// Requires the OpenGL context in which it was created. Memory is imported at its first use, and
-/// released with its picture.
+/// released with its image.
 class SharedImports {
  public:
   /// \return kUnsupported naming the missing OpenGL features
@@ -24,11 +23,11 @@ class SharedImports {
   SharedImports(const SharedImports&) = delete;
   SharedImports& operator=(const SharedImports&) = delete;
 
-  /// Imports the picture unless it is imported already.
-  /// \return kUnsupported if it is on another device than OpenGL's; errors of the device
+  /// Imports the image unless it has already been imported.
+  /// \return kUnsupported if its device differs from OpenGL's; errors of the device
   Status Import(const std::shared_ptr<const SharedPicture>& picture);
-  /// Copies an imported picture on the device into the bound texture, which has its size; keeps a
-  /// reference until the copy is finished.
+  /// Copies an imported image to the bound texture of equal size on the device; keeps a reference
+  /// until the copy is finished.
   Status CopyToTexture(const std::shared_ptr<const SharedPicture>& picture);
 
  private:

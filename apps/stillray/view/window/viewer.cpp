@@ -29,11 +29,11 @@
 namespace stillray::view {
 namespace {
 
-/// Input and new pictures wake the interface; these intervals are for other changes.
+/// Wake-up intervals for changes other than input and new images, which wake the interface.
 constexpr double kIdleSeconds = 0.5;
 constexpr double kLivelySeconds = 0.016;
-constexpr double kShortestFrame = 0.012;  // if the display does not limit the rate
-/// Widgets respond to input over a few frames.
+constexpr double kShortestFrame = 0.012;  // limit if the display does not limit the frame rate
+/// Number of frames over which widgets respond to input.
 constexpr int kFramesAfterInput = 3;
 
 std::string Title(const SceneRequest& request) {
@@ -90,7 +90,7 @@ void DrawFrame(double now, double elapsed, bool* lively, GlWindow* window, PaneT
   }
 }
 
-/// \param watch  process events often even if nothing is drawn, so that gaps are measured
+/// \param watch  process events frequently even without drawing, to measure gaps
 InterfaceTimes Loop(bool watch, GlWindow* window, std::atomic<bool>* news, ViewEngine* engine,
                     ViewerState* state) {
   PaneTextures textures;
@@ -161,8 +161,8 @@ Status RunViewer(const ViewOptions& options) {
   engine.reset();
   const Status status = options.report.empty() ? Status::Ok() : times.Write(options.report);
   if (SceneLoader::abandoned() > 0 && status.ok()) {
-    // An obsolete scene is still being read. There is nothing to save, so the program does not wait
-    // for it; and libraries must not be unloaded under it.
+    // An obsolete scene is still being read. Nothing needs to be saved, hence the program does not
+    // wait; libraries must not be unloaded during the read.
     window->reset();
     std::fflush(nullptr);
     std::_Exit(EXIT_SUCCESS);

@@ -11,7 +11,7 @@ namespace stillray::view {
 
 /// Shows the scene until the window is closed.
 /// \return kUnsupported if there is no display or no OpenGL 3.3, or if this build has no viewer:
-///     the message explains how to get one
+///     the message explains how to build one
 Status RunViewer(const ViewOptions& options);
 
 }  // namespace stillray::view

@@ -29,7 +29,7 @@ void TakeScene(double now, ViewEngine* engine, ViewerState* state) {
   if (info.number == state->scene.number) {
     return;
   }
-  // The camera of the command line is for its own scene only.
+  // The camera of the command line applies only to the scene of the command line.
   int camera = state->scene.number == 0 ? state->settings.camera : 0;
   if (static_cast<size_t>(camera) >= info.cameras.size()) {
     AddError(fmt::format("--camera is {}, the scene's are numbered 0 to {}", camera,
@@ -50,7 +50,7 @@ void TakeScene(double now, ViewEngine* engine, ViewerState* state) {
   UseFileCamera(camera, state);
 }
 
-/// The depth under the click has arrived: the orbit centre is known.
+/// Sets the orbit centre, once the depth at the clicked pixel is known.
 void Focus(double now, const ViewFrame& frame, ViewerState* state) {
   state->focus_asked = 0;
   const ViewSettings& s = state->settings;
@@ -64,7 +64,7 @@ void Focus(double now, const ViewFrame& frame, ViewerState* state) {
   }
   const ViewPose around = OrbitAround(frame.pose, s.focus_x, s.focus_y, aspect, frame.focus_depth);
   if (!(around == frame.pose)) {
-    // The camera may have moved since.
+    // The camera may have moved since the request.
     ViewPose pose = s.free_camera ? s.pose : frame.pose;
     pose.distance = around.distance;
     pose.aside = around.aside;

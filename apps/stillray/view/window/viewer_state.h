@@ -27,7 +27,7 @@ enum class Dialog : uint8_t {
   kSaveSettings,
 };
 
-/// A short message that disappears by itself.
+/// A short message that disappears after a time.
 struct Toast {
   std::string text;
   double until = 0;  ///< seconds of the interface's clock
@@ -39,7 +39,7 @@ struct PoseFlight {
   double began = 0;
 };
 
-/// Times of the last frames, for the plot.
+/// Times of recent frames, for the plot.
 struct TimeHistory {
   static constexpr int kLength = 180;
   std::array<FrameCost, kLength> costs = {};
@@ -62,14 +62,14 @@ struct ViewerState {
   ViewSettings settings;
   bool changed = true;  ///< `settings` must be posted
   std::string preset = "default";
-  std::vector<ViewInfo> views;  ///< for the present settings
-  std::string parameter_error;  ///< why the last change of a parameter was rejected
+  std::vector<ViewInfo> views;  ///< views available with the current settings
+  std::string parameter_error;  ///< reason why the last parameter change was rejected
 
   SceneInfo scene;
   SceneRequest request;  ///< the last request
   LoadState load;
-  const ViewFrame* frame = nullptr;  ///< newest; nullptr before the first
-  /// Why the window cannot import pictures from the device; empty: it can.
+  const ViewFrame* frame = nullptr;  ///< the newest frame; nullptr before the first
+  /// Reason why the window cannot import images from the device; empty if it can.
   std::string unshared_because;
   bool recording = false;
   TimeHistory times;
@@ -77,15 +77,16 @@ struct ViewerState {
   std::array<std::optional<ViewPose>, 9> saved_views;
   std::optional<PoseFlight> flight;
   uint64_t focus_asked = 0;  ///< pending focus request; 0: none
-  bool focus_turns = false;  ///< the camera turns to it; else only the orbit centre moves
-  double focus_until = 0;    ///< the point is marked until then, seconds of the interface's clock
+  /// Rotate the camera to the focus, instead of only moving the orbit centre.
+  bool focus_turns = false;
+  double focus_until = 0;  ///< end of the point's marking, seconds of the interface's clock
 
   Dialog dialog = Dialog::kNone;
   bool dialog_opening = false;
   std::string dialog_path;
   std::string dialog_error;
-  std::string overwrite_path;       ///< path of the file that the overwrite question is about
-  std::vector<std::string> errors;  ///< for the message box, oldest first
+  std::string overwrite_path;       ///< path of the file in the overwrite question
+  std::vector<std::string> errors;  ///< messages of the message box, oldest first
   std::vector<Toast> toasts;
 
   bool show_panel = true;
@@ -93,18 +94,18 @@ struct ViewerState {
   bool fullscreen = false;
   bool inspector_pinned = false;
   int dragged_divider = -1;
-  std::vector<KeyPress> keys;  ///< pressed since the last frame of the interface
+  std::vector<KeyPress> keys;  ///< keys pressed since the last interface frame
   bool quit = false;
 };
 
 /// Shows these views, e.g. from a menu.
 void SetPanes(std::vector<std::string> panes, ViewerState* state);
-/// Applies a preset to all parameters but exposure and tone curve, which are the viewer's.
+/// Applies a preset to all parameters except exposure and tone curve, which the viewer controls.
 void SetPreset(const std::string& name, ViewerState* state);
 void NextPreset(ViewerState* state);
-/// Switches to the free camera, if necessary, and moves it to `pose`. An orbit ends.
+/// Switches to the free camera if necessary, and moves it to `pose`. Ends an orbit.
 void SetPose(const ViewPose& pose, ViewerState* state);
-/// Begins or ends an orbit where the camera is.
+/// Starts or ends an orbit at the current camera position.
 void SetOrbit(bool orbits, ViewerState* state);
 void UseFileCamera(int camera, ViewerState* state);
 void SaveView(size_t slot, ViewerState* state);
@@ -114,7 +115,7 @@ void Seek(double seconds, ViewerState* state);
 void StepFrames(int frames, ViewerState* state);
 void AddToast(const std::string& text, double now, ViewerState* state);
 void AddError(const std::string& text, ViewerState* state);
-/// Makes further pictures come as copies.
+/// Switches from shared images to copies.
 void StopSharing(const std::string& why, ViewerState* state);
 /// Applies the engine's results and messages.
 void Update(double now, ViewEngine* engine, ViewerState* state);
