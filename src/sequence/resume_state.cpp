@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "sequence/resume_state.h"
 
+#include <algorithm>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <sstream>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -267,22 +269,45 @@ void RemoveResumeState(const std::string& folder, const std::string& key) {
   std::filesystem::remove(ResumePath(folder, key), ignored);
 }
 
-std::string FingerprintDifference(const std::string& made, const std::string& asked) {
-  std::istringstream a(made);
-  std::istringstream b(asked);
-  std::string line_a;
-  std::string line_b;
-  while (true) {
-    const bool more_a = static_cast<bool>(std::getline(a, line_a));
-    const bool more_b = static_cast<bool>(std::getline(b, line_b));
-    if (!more_a && !more_b) {
-      return "";
-    }
-    if (more_a != more_b || line_a != line_b) {
-      return fmt::format("it was made with '{}', this run has '{}'", more_a ? line_a : "",
-                         more_b ? line_b : "");
-    }
+namespace {
+
+std::vector<std::string> LinesOf(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(line);
   }
+  return lines;
+}
+
+/// The name of a setting: the line up to its first space.
+std::string_view NameOf(std::string_view line) {
+  return line.substr(0, line.find(' '));
+}
+
+bool HasName(const std::vector<std::string>& lines, std::string_view name) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const std::string& line) { return NameOf(line) == name; });
+}
+
+}  // namespace
+
+std::string FingerprintDifference(const std::string& made, const std::string& asked) {
+  const std::vector<std::string> a = LinesOf(made);
+  const std::vector<std::string> b = LinesOf(asked);
+  const auto [in_a, in_b] = std::mismatch(a.begin(), a.end(), b.begin(), b.end());
+  if (in_a == a.end() && in_b == b.end()) {
+    return "";
+  }
+  // Versions of the program have different settings.
+  if (in_b != b.end() && !HasName(a, NameOf(*in_b))) {
+    return fmt::format("it was made without the setting '{}'", *in_b);
+  }
+  if (in_a != a.end() && !HasName(b, NameOf(*in_a))) {
+    return fmt::format("it was made with '{}', a setting that this run does not have", *in_a);
+  }
+  return fmt::format("it was made with '{}', this run has '{}'", in_a != a.end() ? *in_a : "",
+                     in_b != b.end() ? *in_b : "");
 }
 
 }  // namespace stillray

@@ -51,8 +51,9 @@ Result<ResumeState> LoadResumeState(const std::string& folder, const std::string
 /// Removes the file, if there is one.
 void RemoveResumeState(const std::string& folder, const std::string& key);
 
-/// The first difference between two fingerprints, as "it was made with X, this run has Y"; "" if
-/// they are equal.
+/// The first difference between two fingerprints, lines of a setting's name and its value, as "it
+/// was made with X, this run has Y", or of a setting that only one of them has; "" if they are
+/// equal.
 std::string FingerprintDifference(const std::string& made, const std::string& asked);
 
 }  // namespace stillray

@@ -124,8 +124,17 @@ TEST(ResumeState, NamesTheFirstDifferenceOfFingerprints) {
   EXPECT_EQ(FingerprintDifference("a 1\nb 2\n", "a 1\nb 2\n"), "");
   EXPECT_EQ(FingerprintDifference("a 1\nb 2\n", "a 1\nb 3\n"),
             "it was made with 'b 2', this run has 'b 3'");
-  EXPECT_EQ(FingerprintDifference("a 1\n", "a 1\nb 3\n"),
+  EXPECT_EQ(FingerprintDifference("a 1\nb 2\n", "a 1\nb 2\nb 3\n"),
             "it was made with '', this run has 'b 3'");
+}
+
+// As after an update of the program.
+TEST(ResumeState, NamesASettingThatOnlyOneOfThemHas) {
+  EXPECT_EQ(FingerprintDifference("a 1\n", "a 1\nb 3\n"), "it was made without the setting 'b 3'");
+  EXPECT_EQ(FingerprintDifference("a 1\nc 2\n", "a 1\nb 3\nc 2\n"),
+            "it was made without the setting 'b 3'");
+  EXPECT_EQ(FingerprintDifference("a 1\nb 3\nc 2\n", "a 1\nc 2\n"),
+            "it was made with 'b 3', a setting that this run does not have");
 }
 
 }  // namespace
