@@ -331,9 +331,10 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
   std::array<Image1, kImageCount> images;
   const bool fills_guides = settings_.fill_guides && HasIncompleteGuides(frame);
   const bool sums_images = SumsImageAlbedo(FactsOf(frame).albedos, fills_guides);
-  Image1 length(frame.width, frame.height);
+  const bool uses_lengths = UsesImageLengths(settings_, fills_guides);
+  Image1 length = uses_lengths ? Image1(frame.width, frame.height) : Image1();
   ShownImages shown;
-  shown.length = fills_guides ? nullptr : &length;
+  shown.length = uses_lengths ? &length : nullptr;
   for (size_t i = 0; i < kImageCount; ++i) {
     if (layer_[i] == nullptr) {
       continue;
@@ -348,9 +349,11 @@ Status LayeredDenoiser::DenoiseOnHost(const Frame& frame, std::span<const Signal
         of_layer, future.empty() ? future : future.subspan(planned.first, planned.count),
         &pictures[i]));
     AddTo(pictures[i].colour, &rest.emission);
-    Image1 of_layer_length;
-    STILLRAY_RETURN_IF_ERROR(layer_[i]->ReadLength(&of_layer_length));
-    TakeLengths(images[i], of_layer_length, &length);
+    if (uses_lengths) {
+      Image1 of_layer_length;
+      STILLRAY_RETURN_IF_ERROR(layer_[i]->ReadLength(&of_layer_length));
+      TakeLengths(images[i], of_layer_length, &length);
+    }
     if (kImages[i] == GuideSource::kReflection && sums_images) {
       // For sum_albedo alone: the rest has no light that it divides.
       rest.guides.specular_albedo = of_layer.guides.specular_albedo;

@@ -236,12 +236,6 @@ bool SumsImages(const FrameFacts& facts, const FramePlan& plan) {
          facts.albedo_of_images;
 }
 
-/// Whether the lengths of the histories of images are used: not if guides are filled, as for
-/// SumsImageAlbedo.
-bool UsesImageLengths(const FrameFacts& facts, const FramePlan& plan) {
-  return (plan.layers.count > 1 && !plan.runs.fill_guides) || facts.length_of_images;
-}
-
 void PlanSignals(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->demodulate = {.demodulate = Int(s.demodulate),
                       .luminance_rec601 = Int(s.luminance == LuminanceWeights::kRec601),
@@ -322,8 +316,8 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
                           : 0,
       .clamp_light = Int(KeepsAlbedo(s) && facts.albedos != 0),
       .image_albedo = Int(KeepsAlbedo(s) && SumsImages(facts, *plan)),
-      .image_length =
-          Int(s.antialias != Antialias::kOff && s.temporal && UsesImageLengths(facts, *plan)),
+      .image_length = Int(UsesImageLengths(s, plan->runs.fill_guides) &&
+                          (plan->layers.count > 1 || facts.length_of_images)),
       .tone_scale = s.taa_tonemapped ? std::exp2(s.exposure) : 0.0f};
   plan->tonemap = TonemapOf(s.exposure, s.tonemap, s.dither, facts.index);
 }
@@ -443,6 +437,10 @@ Status CheckDeviceSettings(const Settings& s) {
 
 bool AntialiasesInTime(const Settings& s, bool jittered) {
   return s.antialias == Antialias::kTaa || (s.antialias == Antialias::kAuto && jittered);
+}
+
+bool UsesImageLengths(const Settings& s, bool fills_guides) {
+  return s.antialias != Antialias::kOff && s.temporal && !fills_guides;
 }
 
 bool SumsImageAlbedo(uint32_t albedos, bool fills_guides) {

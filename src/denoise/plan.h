@@ -228,6 +228,10 @@ bool AntialiasesInTime(const Settings& settings, bool jittered);
 /// from that of neighbours with one. \param albedos  FrameFacts::albedos
 bool SumsImageAlbedo(uint32_t albedos, bool fills_guides);
 
+/// Whether antialias uses the history lengths of virtual images, in frames with them. Not where
+/// guides are filled, as for SumsImageAlbedo.
+bool UsesImageLengths(const Settings& settings, bool fills_guides);
+
 /// Whether antialias keeps the albedo of images, for frames with an albedo.
 bool KeepsAlbedo(const Settings& settings);
 

@@ -412,7 +412,7 @@ FrameFacts LayerPasses::FactsOfRest(const FrameFacts& frame) const {
   facts.has_emission = true;
   (source_ == GuideSource::kReflection ? facts.has_reflection : facts.has_refraction) = false;
   facts.albedo_of_images = facts.albedo_of_images || SumsImages(frame);
-  facts.length_of_images = !frame.has_incomplete_guides;
+  facts.length_of_images = true;
   return facts;
 }
 

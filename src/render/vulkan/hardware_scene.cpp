@@ -82,7 +82,7 @@ struct Build {
 };
 
 /// Describes the build of a triangle group. Both geometries always exist, so that the geometry
-/// index tells opaque from see-through triangles.
+/// index distinguishes opaque from see-through triangles.
 /// \param indices  three vertex indices per entry of the order from `first_entry` on
 void DescribeBottom(const TriangleGroup& group, size_t all_triangles, VkDeviceAddress triangles,
                     VkDeviceAddress indices, uint32_t first_entry,
