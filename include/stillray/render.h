@@ -70,6 +70,10 @@ struct RenderSettings {
   /// All rays of a frame pass through the same point of their pixels, which moves from frame to
   /// frame (Halton 2,3, period 16), for temporal antialiasing. Off: always the centre.
   bool jitter = true;
+  /// Averages base colour textures over the pixel where a surface is visible directly, or with
+  /// `virtual_guides` by smooth reflection or refraction: fine textures do not alias. The mean over
+  /// the points of a pixel stays the same. Only with `jitter`, and not in references.
+  bool filter_textures = true;
   /// Path-space regularisation (SVGF, section 3): roughens surfaces that a path hits after a rough
   /// surface. Fewer fireflies, dimmer caustics.
   bool regularise = false;

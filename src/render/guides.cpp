@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "render/base_colour.h"
 #include "render/previous_normals.h"
 #include "render/virtual_image_shared.h"
 
@@ -58,6 +59,16 @@ void AddAlbedos(const Bsdf& bsdf, const SpecularAlbedo& specular, const PrimaryP
   guides->transmission_albedo += glass ? specular.transmitted * weight : vec3(0.0f);
 }
 
+/// The base colour of layer `i`: the mean over the pixel if it is opaque and the only one.
+vec3 BaseColourOfLayer(const TraceContext& context, const CameraView& view,
+                       const PrimaryPixel& pixel, int i) {
+  const Hit& hit = pixel.layers[i].hit;
+  if (pixel.layers[0].weight < 1.0f || !HasMeanColour(context, hit)) {
+    return vec3(context.state.BaseColour(hit));
+  }
+  return BaseColourOf(context, hit, RaysBeside(view, pixel.point), pixel.point);
+}
+
 bool SeenFromFront(const TraceContext& context, const Hit& hit, vec3 direction) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
   const Triangle t = context.state.TriangleOf(instance, hit.primitive);
@@ -106,7 +117,8 @@ PixelGuides MakeGuides(const TraceContext& context, const PrimaryPixel& pixel,
   }
   for (int i = 0; i < pixel.count; ++i) {
     const PrimaryLayer& layer = pixel.layers[i];
-    const Surface surface = MakeSurface(context.state, layer.hit, pixel.direction);
+    const vec3 base_colour = BaseColourOfLayer(context, views.now, pixel, i);
+    const Surface surface = MakeSurface(context.state, layer.hit, base_colour, pixel.direction);
     SpecularAlbedo specular;
     const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular);
     AddAlbedos(bsdf, specular, pixel, i, separates, &guides);

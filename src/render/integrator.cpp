@@ -40,17 +40,16 @@ void FetchAhead(const SceneState& state, const HitBatch& hits, int i, int count)
 /// Traces the paths of a tile step by step.
 class Tracer {
  public:
-  Tracer(const TraceContext& context, const FirstSurface* first, PathScratch* scratch,
+  Tracer(const TraceContext& context, const SampledPixels& sampled, PathScratch* scratch,
          RenderTimings* timings)
       : context_(context),
-        first_(first),
+        sampled_(sampled),
         scratch_(*scratch),
         rays_(&scratch->trace.rays),
         next_(&scratch->next),
         timings_(*timings) {}
 
-  void Start(const PrimaryPixel* pixels, const PathSampler* samplers, const bool* separates,
-             int part, int count);
+  void Start(int part);
   void ShadeAll();
   void TraceShadows();
   void TraceBounces();
@@ -69,7 +68,7 @@ class Tracer {
   int sampling() const { return static_cast<int>(context_.settings.light_sampling); }
 
   const TraceContext& context_;
-  const FirstSurface* first_;
+  const SampledPixels& sampled_;
   PathScratch& scratch_;
   RayBatch* rays_;  // rays of the current paths; next_: rays of the next step
   RayBatch* next_;
@@ -124,37 +123,37 @@ int PickLayer(const PrimaryPixel& pixel, const LayerRange& range, float u) {
   return range.background && pixel.background > 0.0f ? -1 : range.end - 1;
 }
 
-void Tracer::Start(const PrimaryPixel* pixels, const PathSampler* samplers, const bool* separates,
-                   int part, int count) {
+void Tracer::Start(int part) {
   const PhaseTimer timer(&timings_.shade_ms);
   RayScratch& trace = scratch_.trace;
   trace.rays.count = 0;
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < sampled_.count; ++i) {
     if (part == 0) {
       scratch_.light[i].fill(vec3(0.0f));
     }
-    const PrimaryPixel& pixel = pixels[i];
-    const bool parted = separates != nullptr && separates[i];
+    const PrimaryPixel& pixel = sampled_.pixels[i];
+    const bool parted = sampled_.separates != nullptr && sampled_.separates[i];
     if (pixel.count == 0 || (part > 0 && !parted)) {
       continue;
     }
     const LayerRange range = LayersOfPart(pixel, parted, part);
     const bool is_sure =
         range.end - range.begin == 1 && !(range.background && pixel.background > 0);
-    const int layer =
-        is_sure ? range.begin : PickLayer(pixel, range, samplers[i].Get(kPrimaryDimensions).w);
+    const int layer = is_sure
+                          ? range.begin
+                          : PickLayer(pixel, range, sampled_.samplers[i].Get(kPrimaryDimensions).w);
     if (layer < 0) {
       continue;
     }
     const int at = trace.rays.count;
     Path& path = scratch_.paths[at];
-    static_cast<PathState&>(path) = StartPath(samplers[i].seed);
+    static_cast<PathState&>(path) = StartPath(sampled_.samplers[i].seed);
     if (parted) {
       StartPart(path, part, pixel.count > 1, range.weight);
     }
     path.pixel = i;
-    path.sampler = samplers[i];
-    path.known = first_ != nullptr && pixel.count == 1;
+    path.sampler = sampled_.samplers[i];
+    path.known = sampled_.first != nullptr && pixel.count == 1;
     trace.rays.Push(ViewOf(context_.camera, pixel).position, pixel.direction, kInfinity);
     const Hit& hit = pixel.layers[layer].hit;
     trace.hits.t[at] = hit.t;
@@ -310,7 +309,7 @@ void Tracer::Shade(int path_index, const Hit& hit) {
     u.w = min(u.w / opacity, kBelowOne);
   }
   if (path.known) {
-    const FirstSurface& first = first_[path.pixel];
+    const FirstSurface& first = sampled_.first[path.pixel];
     return ScatterAt(path_index, first.surface, first.bsdf, direction, u);
   }
   // After the last bounce only emission contributes, possibly through smooth glass.
@@ -319,7 +318,8 @@ void Tracer::Shade(int path_index, const Hit& hit) {
   if (at_end && !material.emits()) {
     return;
   }
-  const Surface surface = MakeSurface(context_.state, hit, direction);
+  const vec3 base_colour = BaseColourOfVertex(context_, sampled_.images, path.pixel, hit);
+  const Surface surface = MakeSurface(context_.state, hit, base_colour, direction);
   MeetLight(path, hit, surface, direction);
   if (at_end) {
     return;
@@ -391,14 +391,14 @@ void Tracer::TraceBounces() {
 
 }  // namespace
 
-void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
-                 const PathSampler* samplers, const bool* separates, int count,
-                 PathScratch* scratch, RenderTimings* timings) {
-  const bool any =
-      separates != nullptr && std::find(separates, separates + count, true) != separates + count;
+void TraceSample(const TraceContext& context, const SampledPixels& sampled, PathScratch* scratch,
+                 RenderTimings* timings) {
+  const bool* separates = sampled.separates;
+  const bool any = separates != nullptr && std::find(separates, separates + sampled.count, true) !=
+                                               separates + sampled.count;
   for (int part = 0; part < (any ? 2 : 1); ++part) {
-    Tracer tracer(context, first, scratch, timings);
-    tracer.Start(pixels, samplers, separates, part, count);
+    Tracer tracer(context, sampled, scratch, timings);
+    tracer.Start(part);
     while (tracer.Alive()) {
       tracer.ShadeAll();
       tracer.TraceShadows();

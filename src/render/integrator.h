@@ -10,6 +10,7 @@
 #include "render/draw_numbers.h"
 #include "render/path_shared.h"
 #include "render/primary.h"
+#include "render/virtual_image.h"
 #include "stillray/frame.h"
 #include "stillray/render.h"
 
@@ -47,14 +48,21 @@ struct PathScratch {
   SampleLight light[kBatchCapacity];  // indexed by the pixel within the tile
 };
 
+/// The pixels of which TraceSample traces one sample each.
+struct SampledPixels {
+  const PrimaryPixel* pixels;
+  const PathSampler* samplers;
+  /// First surfaces of the pixels with a single layer, which saves their second evaluation; null:
+  /// none.
+  const FirstSurface* first = nullptr;
+  const ImageBatch* images = nullptr;  ///< null: none
+  /// Whether a pixel's transmitted light is separate, see PixelGuides; null: no pixel.
+  const bool* separates = nullptr;
+  int count = 0;
+};
+
 /// Traces one sample of every pixel into scratch->light (without emission and background).
-/// \param first      first surfaces of the pixels with a single layer, which saves their second
-///     evaluation; may be null
-/// \param samplers   one per pixel
-/// \param separates  per pixel: whether its transmitted light is separate, see PixelGuides; null:
-///     no pixel
-void TraceSample(const TraceContext& context, const PrimaryPixel* pixels, const FirstSurface* first,
-                 const PathSampler* samplers, const bool* separates, int count,
-                 PathScratch* scratch, RenderTimings* timings);
+void TraceSample(const TraceContext& context, const SampledPixels& sampled, PathScratch* scratch,
+                 RenderTimings* timings);
 
 }  // namespace stillray::render

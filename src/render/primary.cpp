@@ -81,6 +81,7 @@ void FindPrimarySurfaces(const TraceContext& context, const vec2* points, const 
     const PhaseTimer timer(&timings->shade_ms);
     if (pass == 0) {
       for (int i = 0; i < count; ++i) {
+        pixels[i].point = points[i];
         pixels[i].direction = scratch->rays.Direction(i);
         pixels[i].lens = lenses != nullptr ? lenses[i] : vec2(0.0f);
         pixels[i].count = 0;

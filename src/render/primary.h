@@ -17,6 +17,7 @@ struct PrimaryLayer {
 
 /// The weights of a pixel's layers and its background sum to 1.
 struct PrimaryPixel {
+  vec2 point;  ///< image position of the ray in pixels
   vec3 direction;
   vec2 lens = vec2(0.0f);  ///< point of the aperture, in the unit disk
   int count = 0;

@@ -157,6 +157,7 @@ class PathTracer final : public Renderer {
   void FindGuides(const TraceContext& context, const Frame& frame, uint64_t sample,
                   TileScratch* scratch) const;
   ImageKinds ShownImages(const TraceContext& context) const;
+  void FindImages(const TraceContext& context, TileScratch* scratch) const;
   void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
                        Frame* frame) const;
   void PreparePlanes(const TraceContext& context, const RenderMoment& moment, Frame* frame) const;
@@ -289,13 +290,18 @@ ImageKinds PathTracer::ShownImages(const TraceContext& context) const {
   return WantedImages(settings_, images_, context.camera.lens_radius > 0.0f);
 }
 
-void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
-                                 TileScratch* scratch, Frame* frame) const {
+/// Finds the virtual images of the batch's pixels, whose guides have been computed.
+void PathTracer::FindImages(const TraceContext& context, TileScratch* scratch) const {
   const ImageKinds shown = ShownImages(context);
   if (shown.any()) {
     FindVirtualImages(context, shown, scratch->pixels, scratch->first, scratch->separates,
                       scratch->count, &scratch->paths.trace, &scratch->images, &scratch->timings);
   }
+}
+
+void PathTracer::StoreTileGuides(const TraceContext& context, const Tile& tile,
+                                 TileScratch* scratch, Frame* frame) const {
+  const ImageKinds shown = ShownImages(context);
   if (shown.reflection) {
     StoreVirtualImages(tile, scratch->images.reflection, &frame->reflection);
   }
@@ -331,8 +337,14 @@ void PathTracer::TraceSamples(const TraceContext& context, const Frame& frame,
       FindGuides(context, frame, first_sample + s, scratch);
     }
     MakeSamplers(SampleStream::kFrames, first_sample + s, scratch);
-    TraceSample(context, scratch->pixels, scratch->first, scratch->samplers, scratch->separates,
-                scratch->count, &scratch->paths, &scratch->timings);
+    TraceSample(context,
+                {.pixels = scratch->pixels,
+                 .samplers = scratch->samplers,
+                 .first = scratch->first,
+                 .images = ShownImages(context).any() ? &scratch->images : nullptr,
+                 .separates = scratch->separates,
+                 .count = scratch->count},
+                &scratch->paths, &scratch->timings);
     AddSamples(scratch->count, signals, spp > 1, scratch);
     for (int i = 0; i < scratch->count && has_lens; ++i) {
       AddLensSample(scratch->lens_guides[i], OneSample(scratch->guides[i]));
@@ -356,6 +368,7 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
     scratch->count = static_cast<int>(count);
     const auto sample = static_cast<uint64_t>(order.cycle_index());
     FindGuides(context, *frame, sample, scratch);
+    FindImages(context, scratch);
     TraceSamples(context, *frame, sample, scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     for (size_t i = 0; i < count; ++i) {
@@ -382,7 +395,8 @@ void PathTracer::RenderReferenceTile(const TraceContext& context, int spp, TileS
     }
     FindPrimarySurfaces(context, scratch->points, ChooseLensPoints(context, scratch),
                         scratch->count, &scratch->paths.trace, scratch->pixels, timings);
-    TraceSample(context, scratch->pixels, nullptr, scratch->samplers, nullptr, scratch->count,
+    TraceSample(context,
+                {.pixels = scratch->pixels, .samplers = scratch->samplers, .count = scratch->count},
                 &scratch->paths, timings);
     for (int i = 0; i < scratch->count; ++i) {
       const UnscatteredLight own = FindUnscatteredLight(context, scratch->pixels[i]);
@@ -428,6 +442,7 @@ Status PathTracer::RenderWhole(const TraceContext& context, const RenderMoment& 
   return RunTiles(TileSize(), progress, [&](const Tile& tile, TileScratch* scratch) {
     TakeTile(tile, scratch);
     FindGuides(context, *frame, first_sample, scratch);
+    FindImages(context, scratch);
     TraceSamples(context, *frame, first_sample, scratch);
     StoreTileGuides(context, tile, scratch, frame);
     const PhaseTimer timer(&scratch->timings.shade_ms);
@@ -449,6 +464,7 @@ Status PathTracer::RenderPart(const TraceContext& context, const RenderMoment& m
                                       [&](const Tile& tile, TileScratch* scratch) {
                                         TakeTile(tile, scratch);
                                         FindGuides(context, *frame, sample, scratch);
+                                        FindImages(context, scratch);
                                         StoreTileGuides(context, tile, scratch, frame);
                                       }));
   }

@@ -253,25 +253,75 @@ vec4 SceneState::TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) 
 }
 
 vec4 SceneState::BaseColour(const Hit& hit) const {
+  const Material& material = *instances_[hit.instance].material;
+  return ColourOf(hit, TextureValue(material.base_color_texture, hit, true));
+}
+
+/// The base colour at a hit for a value of its texture.
+vec4 SceneState::ColourOf(const Hit& hit, vec4 texture) const {
   const PlacedInstance& instance = instances_[hit.instance];
-  vec4 colour = instance.material->base_color;
-  colour *= TextureValue(instance.material->base_color_texture, hit, true);
+  vec4 colour = instance.material->base_color * texture;
   if (!instance.mesh->colors.empty()) {
     colour *= Interpolate(*instance.mesh, hit, instance.mesh->colors);
   }
   return glm::clamp(colour, 0.0f, 1.0f);
 }
 
-float SceneState::Opacity(const Hit& hit) const {
+vec3 SceneState::MeanBaseColour(const Hit& hit, const Footprint& footprint, vec2 within) const {
   const PlacedInstance& instance = instances_[hit.instance];
+  const TextureRef& ref = instance.material->base_color_texture;
+  const ivec2 counts = TapCounts(hit, footprint);
+  vec3 sum(0.0f);
+  float weight = 0.0f;
+  for (int j = 0; j < counts.y && counts != ivec2(1); ++j) {
+    for (int i = 0; i < counts.x; ++i) {
+      const vec2 place = TapOf(footprint, vec2(hit.u, hit.v), within, i, j, counts);
+      if (IsInTriangle(place)) {
+        Hit tap = hit;
+        tap.u = place.x;
+        tap.v = place.y;
+        const vec4 colour = ColourOf(tap, TextureValue(ref, tap, true));
+        const float opacity = OpacityOf(instance, colour.w);
+        sum += vec3(colour) * opacity;
+        weight += opacity;
+      }
+    }
+  }
+  return weight > 0.0f ? sum / weight : vec3(BaseColour(hit));
+}
+
+/// Texture samples for MeanBaseColour along both axes of the pixel.
+ivec2 SceneState::TapCounts(const Hit& hit, const Footprint& footprint) const {
+  const PlacedInstance& instance = instances_[hit.instance];
+  const TextureRef& ref = instance.material->base_color_texture;
+  if (ref.texture < 0 || instance.mesh->uv[ref.uv_set].empty()) {
+    return ivec2(1);
+  }
+  const Texture& texture = scene_->textures[static_cast<size_t>(ref.texture)];
+  const vec2 size(texture.width, texture.height);
+  const std::vector<vec2>& uv = instance.mesh->uv[ref.uv_set];
+  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  const auto texels = [&](vec2 along) {
+    const vec2 change =
+        (uv[corner[1]] - uv[corner[0]]) * along.x + (uv[corner[2]] - uv[corner[0]]) * along.y;
+    return vec2(ref.transform * vec3(change, 0.0f)) * size;
+  };
+  return ivec2(TapsAlong(texels(footprint.right)), TapsAlong(texels(footprint.down)));
+}
+
+float SceneState::OpacityOf(const PlacedInstance& instance, float alpha) {
   if (instance.opaque) {
     return 1.0f;
   }
-  const float alpha = BaseColour(hit).w;
   if (instance.material->alpha_mode == AlphaMode::kMask) {
     return alpha >= instance.material->alpha_cutoff ? 1.0f : 0.0f;
   }
   return alpha;
+}
+
+float SceneState::Opacity(const Hit& hit) const {
+  const PlacedInstance& instance = instances_[hit.instance];
+  return instance.opaque ? 1.0f : OpacityOf(instance, BaseColour(hit).w);
 }
 
 vec3 SceneState::Emission(const Hit& hit) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/accel.h"
+#include "render/footprint_shared.h"
 #include "scene/deform.h"
 #include "stillray/scene.h"
 
@@ -98,10 +99,18 @@ class SceneState {
 
   /// Base colour with alpha: factor, texture and vertex colour.
   vec4 BaseColour(const Hit& hit) const;
+  /// Base colour whose texture is averaged over the pixel's part of the triangle, without
+  /// transparent texels.
+  /// \param within  position of the ray in its pixel, 0..1
+  vec3 MeanBaseColour(const Hit& hit, const Footprint& footprint, vec2 within) const;
   /// \return the texture's value at the hit, or 1 without a texture
   vec4 TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const;
 
  private:
+  vec4 ColourOf(const Hit& hit, vec4 texture) const;
+  ivec2 TapCounts(const Hit& hit, const Footprint& footprint) const;
+  static float OpacityOf(const PlacedInstance& instance, float alpha);
+
   /// A deformed mesh of an instance.
   struct Posed {
     Pose pose;

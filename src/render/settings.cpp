@@ -252,6 +252,13 @@ std::vector<Row> MakeTable() {
                         .help = "The sample point moves within its pixel from frame to frame, for "
                                 "antialiasing in time; pixel centres without."},
                .member = &S::jitter});
+  t.push_back({.info = {.name = "filter_textures",
+                        .type = ParameterType::kFlag,
+                        .group = "sampling",
+                        .help = "Base colour textures of visible surfaces, and of what smooth "
+                                "mirrors and glass show, are averaged over their pixel, so that "
+                                "fine textures do not flicker; only with jitter."},
+               .member = &S::filter_textures});
   t.push_back({.info = {.name = "virtual_guides",
                         .type = ParameterType::kFlag,
                         .group = "sampling",

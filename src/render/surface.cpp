@@ -272,7 +272,7 @@ SurfaceLayers LayersOf(const Material& material) {
   return layers;
 }
 
-Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
+Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 base_colour, vec3 direction) {
   const PlacedInstance& instance = state.instance(hit.instance);
   const Material& material = *instance.material;
   Surface surface;
@@ -287,7 +287,7 @@ Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction) {
     surface.layers = LayersAt(state, hit);
   }
   SetNormals(state, hit, &surface);
-  surface.base_colour = vec3(state.BaseColour(hit));
+  surface.base_colour = base_colour;
   const vec4 mr = state.TextureValue(material.metallic_roughness_texture, hit, false);
   surface.metallic = ClampToUnit(material.metallic * mr.z);
   surface.roughness = ClampToUnit(material.roughness * mr.y);

@@ -29,7 +29,7 @@ struct Surface : ShadingPoint {
 SurfaceLayers LayersOf(const Material& material);
 
 /// \param direction  unit direction of the incident ray
-Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 direction);
+Surface MakeSurface(const SceneState& state, const Hit& hit, vec3 base_colour, vec3 direction);
 
 /// Transmittance of a smooth thin sheet of this material for an undeflected ray at `cosine` with
 /// its geometric normal; 0 for all other materials.

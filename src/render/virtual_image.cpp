@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/colour.h"
+#include "render/base_colour.h"
 #include "render/chain_search_shared.h"
 #include "render/frame_store.h"
 #include "render/guides.h"
@@ -21,6 +22,7 @@ struct Chain {
   int pixel = 0;
   VirtualImage* image = nullptr;  ///< [out]
   vec3 direction;
+  PixelRays beside;  ///< with filtered textures
   float length = 0;
   vec3 throughput = vec3(1.0f);  ///< colour of the surfaces behind the first one
   int count = 0;
@@ -62,6 +64,24 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
       eta);
 }
 
+/// The chain vertex of a hit in the current frame.
+ChainVertex CurrentVertex(const TraceContext& context, const Hit& hit, const Surface& surface,
+                          float eta) {
+  const PlacedInstance& instance = context.state.instance(hit.instance);
+  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  const VertexArrays& now = instance.vertices;
+  ChainTriangle triangle;
+  triangle.edge_u = now.positions[corner[1]] - now.positions[corner[0]];
+  triangle.edge_v = now.positions[corner[2]] - now.positions[corner[0]];
+  triangle.normal_0 = now.normals[corner[0]];
+  triangle.normal_1 = now.normals[corner[1]];
+  triangle.normal_2 = now.normals[corner[2]];
+  triangle.world = mat3(instance.world);
+  triangle.before = triangle.world;
+  triangle.moving = 0;
+  return MakeChainVertex(triangle, surface.position, surface.frame.z, surface.frame.z, eta);
+}
+
 /// Continues a chain from a surface. \return false if it ends there
 bool Continue(const TraceContext& context, const Hit& hit, const Surface& surface,
               const Leaving& leaving, Chain* chain, RayBatch* rays) {
@@ -76,6 +96,13 @@ bool Continue(const TraceContext& context, const Hit& hit, const Surface& surfac
   if (leaving.way != kChainGoesOn) {
     const size_t i = static_cast<size_t>(chain->count++);
     chain->vertex[i] = MakeVertex(context, hit, surface, leaving.eta);
+    if (context.settings.filter_textures) {
+      const ChainVertex now = context.state.instance(hit.instance).moving
+                                  ? CurrentVertex(context, hit, surface, leaving.eta)
+                                  : chain->vertex[i];
+      chain->beside.right = PassVertex(now, chain->beside.right);
+      chain->beside.down = PassVertex(now, chain->beside.down);
+    }
   }
   ++chain->rays;
   chain->direction = direction;
@@ -110,6 +137,8 @@ VirtualImage ImageOf(const TraceContext& context, const Chain& chain, const Prim
   image.light = chain.count == 1 ? ChainLuminance(emission) : 0.0f;
   image.albedo = own * chain.throughput;
   image.id = hit.instance + 1;
+  image.hit = hit;
+  image.base_colour = surface.base_colour;
   const ChainEnd end = {PreviousPoint(instance, hit, surface.position), 0};
   image.motion = MotionOf(context, chain, end, context.camera.Project(pixel.direction));
   return image;
@@ -131,15 +160,17 @@ VirtualImage ImageOfSky(const TraceContext& context, const Chain& chain,
 /// not part of the signals.
 VirtualImage ImageBehind(const TraceContext& context, const PrimaryPixel& pixel) {
   const Hit& hit = HeaviestLayer(pixel, 1)->hit;
-  const Surface surface = MakeSurface(context.state, hit, pixel.direction);
+  const Surface surface =
+      MakeSurface(context.state, hit, vec3(context.state.BaseColour(hit)), pixel.direction);
   SpecularAlbedo specular;
   const Bsdf bsdf = context.bsdfs.Make(surface, 0.0f, &specular);
-  return {context.camera.Depth(surface.position),
-          surface.frame.z,
-          WholeAlbedo(bsdf, specular),
-          MotionOfSurface(context, pixel, hit, surface.position),
-          hit.instance + 1,
-          0.0f};
+  VirtualImage image;
+  image.depth = context.camera.Depth(surface.position);
+  image.normal = surface.frame.z;
+  image.albedo = WholeAlbedo(bsdf, specular);
+  image.motion = MotionOfSurface(context, pixel, hit, surface.position);
+  image.id = hit.instance + 1;
+  return image;
 }
 
 /// Traces the chains of a batch.
@@ -157,6 +188,7 @@ class ImageTracer {
     chain.pixel = pixel;
     chain.image = image;
     chain.direction = pixels_[pixel].direction;
+    chain.beside = RaysBeside(context_.camera, pixels_[pixel].point);
     chain.length = length(first.surface.position - context_.camera.position);
     if (Continue(context_, pixels_[pixel].layers[0].hit, first.surface, leaving, &chain,
                  &scratch_.rays)) {
@@ -191,7 +223,9 @@ class ImageTracer {
 
   /// \return whether the chain continues
   bool Meet(const Hit& hit, vec3 origin, Chain* chain) {
-    const Surface surface = MakeSurface(context_.state, hit, chain->direction);
+    const vec3 base_colour =
+        BaseColourOf(context_, hit, chain->beside, pixels_[chain->pixel].point);
+    const Surface surface = MakeSurface(context_.state, hit, base_colour, chain->direction);
     chain->length += length(surface.position - origin);
     if (context_.state.Opacity(hit) < kChainOpacity) {
       return Continue(context_, hit, surface, LeavingBy(kChainGoesOn), chain, &scratch_.rays);
@@ -291,6 +325,20 @@ void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
       images->refraction[i] = images->reflection[i];
     }
   }
+}
+
+vec3 BaseColourOfVertex(const TraceContext& context, const ImageBatch* images, int pixel,
+                        const Hit& hit) {
+  if (images != nullptr) {
+    for (const VirtualImage* image : {&images->reflection[pixel], &images->refraction[pixel]}) {
+      const Hit& end = image->hit;
+      if (end.instance == hit.instance && end.primitive == hit.primitive &&
+          std::abs(end.u - hit.u) + std::abs(end.v - hit.v) < kSameBarycentrics) {
+        return image->base_colour;
+      }
+    }
+  }
+  return vec3(context.state.BaseColour(hit));
 }
 
 void StoreVirtualImages(const Tile& tile, const VirtualImage* images, VirtualGuides* guides) {

@@ -23,6 +23,9 @@ struct VirtualImage {
   vec2 motion;
   uint32_t id = 0;
   float light = 0;  ///< luminance of an emitter or the sky seen by a single reflection
+  /// The surface of the image and its mean base colour (BaseColourOf); no instance: none.
+  Hit hit = Hit();
+  vec3 base_colour = vec3(0.0f);
 };
 
 /// The kinds of virtual guides in a frame.
@@ -62,6 +65,12 @@ void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
                        int count, RayScratch* scratch, ImageBatch* images, RenderTimings* timings);
 
 /// Stores the virtual images of a tile's pixels, row by row.
+/// The base colour at a vertex of one of the pixel's paths: at the surface of a virtual image that
+/// of the image, by which its light is demodulated.
+/// \param images  null: none
+vec3 BaseColourOfVertex(const TraceContext& context, const ImageBatch* images, int pixel,
+                        const Hit& hit);
+
 void StoreVirtualImages(const Tile& tile, const VirtualImage* images, VirtualGuides* guides);
 
 }  // namespace stillray::render

@@ -13,6 +13,7 @@
 #include <glm/matrix.hpp>
 
 #include "core/colour.h"
+#include "render/footprint_shared.h"
 #include "render/make_bsdf_shared.h"
 #include "render/shading_point_shared.h"
 #endif
@@ -44,6 +45,10 @@ const float kSameNormal = 0.9999f;
 const float kVisibleLight = 0.5f;
 // Chains ignore surfaces with an opacity below this value.
 const float kChainOpacity = 0.5f;
+
+// Sum of the differences in barycentric coordinates up to which a path meets a virtual image at the
+// end of its chain: both reach it by the same surfaces, but with different rounding.
+const float kSameBarycentrics = 1e-3f;
 
 // Continuation of a chain at a surface.
 const int kChainEnds = 0;
@@ -160,22 +165,6 @@ struct ChainVertex {
   float eta;  // relative refractive index, transmitted over incident side; 0: reflection
 };
 
-struct ChainRay {
-  vec3 origin;
-  vec3 direction;  // unit length
-};
-
-// Least squares coordinates of a vector in the basis of the triangle's edges.
-SHARED_FN vec2 AlongEdges(SHARED_IN(ChainVertex) vertex, vec3 offset) {
-  float uu = dot(vertex.edge_u, vertex.edge_u);
-  float uv = dot(vertex.edge_u, vertex.edge_v);
-  float vv = dot(vertex.edge_v, vertex.edge_v);
-  float u = dot(vertex.edge_u, offset);
-  float v = dot(vertex.edge_v, offset);
-  float scale = 1.0f / max(uu * vv - uv * uv, 1e-30f);
-  return vec2(u * vv - v * uv, v * uu - u * uv) * scale;
-}
-
 // Reflects or refracts a ray at a vertex.
 SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
   vec3 plane = normalize(cross(vertex.edge_u, vertex.edge_v));
@@ -189,7 +178,7 @@ SHARED_FN ChainRay PassVertex(SHARED_IN(ChainVertex) vertex, ChainRay ray) {
     vec3 to_plane = vertex.position + plane * height - ray.origin;
     point = ray.origin + ray.direction * (dot(to_plane, plane) * along);
     vec3 offset = point - vertex.position;
-    vec2 at = AlongEdges(vertex, offset);
+    vec2 at = AlongEdges(vertex.edge_u, vertex.edge_v, offset);
     change = vertex.normal_u * at.x + vertex.normal_v * at.y;
     height = -0.5f * dot(change, offset) * (dot(vertex.normal, plane) < 0.0f ? -1.0f : 1.0f);
   }

@@ -12,6 +12,7 @@
 #include "render/layers_shared.h"
 #include "render/make_bsdf_shared.h"
 #include "render/texture_shared.h"
+#include "render/footprint_shared.h"
 
 // 0: no material of the scene has layers, and their code is eliminated.
 layout(constant_id = 0) const uint kWithLayers = 1u;
