@@ -2,7 +2,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "render/base_colour.h"
 
+#include <algorithm>
+
 namespace stillray::render {
+
+bool FiltersTextures(const RenderSettings& settings, const Scene& scene) {
+  return settings.filter_textures && settings.jitter &&
+         std::any_of(scene.materials.begin(), scene.materials.end(),
+                     [](const Material& m) { return m.base_color_texture.texture >= 0; });
+}
 
 PixelRays RaysBeside(const CameraView& view, vec2 point) {
   return {{view.position, view.Direction(point + vec2(kFootprintStep, 0.0f))},
@@ -11,8 +19,7 @@ PixelRays RaysBeside(const CameraView& view, vec2 point) {
 
 bool HasMeanColour(const TraceContext& context, const Hit& hit) {
   const Material& material = *context.state.instance(hit.instance).material;
-  return context.settings.filter_textures && context.settings.jitter &&
-         material.base_color_texture.texture >= 0;
+  return context.filters_textures && material.base_color_texture.texture >= 0;
 }
 
 vec3 BaseColourOf(const TraceContext& context, const Hit& hit, const PixelRays& rays, vec2 point) {

@@ -10,11 +10,8 @@
 
 namespace stillray::render {
 
-/// The rays through two other points of a pixel: kFootprintStep to the right, and below.
-struct PixelRays {
-  ChainRay right;
-  ChainRay down;
-};
+/// Whether frames with these settings have mean base colours (RenderSettings::filter_textures).
+bool FiltersTextures(const RenderSettings& settings, const Scene& scene);
 
 /// \param point  image position of the pixel's ray
 PixelRays RaysBeside(const CameraView& view, vec2 point);

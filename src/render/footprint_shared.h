@@ -27,6 +27,12 @@ struct ChainRay {
   vec3 direction;  // unit length
 };
 
+// The rays through two other points of a pixel: kFootprintStep to the right, and below.
+struct PixelRays {
+  ChainRay right;
+  ChainRay down;
+};
+
 // Change of the barycentric coordinates (u, v) of the triangle per pixel, to the right and
 // downwards; zero if it is undefined.
 struct Footprint {

@@ -9,6 +9,7 @@
 #include <tbb/enumerable_thread_specific.h>
 
 #include "core/colour.h"
+#include "render/base_colour.h"
 #include "render/create_renderer.h"
 #include "render/frame_store.h"
 #include "render/lens_guides_shared.h"
@@ -158,6 +159,10 @@ class PathTracer final : public Renderer {
                   TileScratch* scratch) const;
   ImageKinds ShownImages(const TraceContext& context) const;
   void FindImages(const TraceContext& context, TileScratch* scratch) const;
+  /// Whether paths use the base colours of the virtual images.
+  bool UsesImages(const TraceContext& context) const {
+    return context.filters_textures && ShownImages(context).any();
+  }
   void StoreTileGuides(const TraceContext& context, const Tile& tile, TileScratch* scratch,
                        Frame* frame) const;
   void PreparePlanes(const TraceContext& context, const RenderMoment& moment, Frame* frame) const;
@@ -220,7 +225,8 @@ Result<TraceContext> PathTracer::MoveTo(const RenderMoment& moment) {
                       cameras.before,
                       !any_transmission_,
                       MakeLensArrays(lens, masks_),
-                      WantedImages(settings_, images_, has_lens).refraction};
+                      WantedImages(settings_, images_, has_lens).refraction,
+                      FiltersTextures(settings_, state_.scene())};
 }
 
 Status PathTracer::SetSettings(const RenderSettings& settings) {
@@ -341,7 +347,7 @@ void PathTracer::TraceSamples(const TraceContext& context, const Frame& frame,
                 {.pixels = scratch->pixels,
                  .samplers = scratch->samplers,
                  .first = scratch->first,
-                 .images = ShownImages(context).any() ? &scratch->images : nullptr,
+                 .images = UsesImages(context) ? &scratch->images : nullptr,
                  .separates = scratch->separates,
                  .count = scratch->count},
                 &scratch->paths, &scratch->timings);
@@ -368,7 +374,9 @@ void PathTracer::RenderRegion(const TraceContext& context, const PixelOrder& ord
     scratch->count = static_cast<int>(count);
     const auto sample = static_cast<uint64_t>(order.cycle_index());
     FindGuides(context, *frame, sample, scratch);
-    FindImages(context, scratch);
+    if (UsesImages(context)) {
+      FindImages(context, scratch);
+    }
     TraceSamples(context, *frame, sample, scratch);
     const PhaseTimer timer(&scratch->timings.shade_ms);
     for (size_t i = 0; i < count; ++i) {

@@ -29,6 +29,7 @@ struct TraceContext {
   /// Light transmitted by glass, and light from behind alpha-blended surfaces, is stored in
   /// separate signals.
   bool separates_transmission = false;
+  bool filters_textures = false;  ///< FiltersTextures; ignored by references
 };
 
 /// Adds the duration of its lifetime to *sum_ms, in milliseconds.

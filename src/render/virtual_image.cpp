@@ -96,7 +96,7 @@ bool Continue(const TraceContext& context, const Hit& hit, const Surface& surfac
   if (leaving.way != kChainGoesOn) {
     const size_t i = static_cast<size_t>(chain->count++);
     chain->vertex[i] = MakeVertex(context, hit, surface, leaving.eta);
-    if (context.settings.filter_textures) {
+    if (context.filters_textures) {
       const ChainVertex now = context.state.instance(hit.instance).moving
                                   ? CurrentVertex(context, hit, surface, leaving.eta)
                                   : chain->vertex[i];

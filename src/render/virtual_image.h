@@ -64,13 +64,13 @@ void FindVirtualImages(const TraceContext& context, const ImageKinds& shown,
                        const PrimaryPixel* pixels, const FirstSurface* first, const bool* separates,
                        int count, RayScratch* scratch, ImageBatch* images, RenderTimings* timings);
 
-/// Stores the virtual images of a tile's pixels, row by row.
 /// The base colour at a vertex of one of the pixel's paths: at the surface of a virtual image that
 /// of the image, by which its light is demodulated.
 /// \param images  null: none
 vec3 BaseColourOfVertex(const TraceContext& context, const ImageBatch* images, int pixel,
                         const Hit& hit);
 
+/// Stores the virtual images of a tile's pixels, row by row.
 void StoreVirtualImages(const Tile& tile, const VirtualImage* images, VirtualGuides* guides);
 
 }  // namespace stillray::render
