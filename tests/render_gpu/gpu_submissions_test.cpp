@@ -99,6 +99,19 @@ TEST_F(GpuSubmissionsTest, FractionsOfASampleOfAnyBatchesHaveTheSameBits) {
   }
 }
 
+// The paths of a batch have the textures of its virtual images.
+TEST_F(GpuSubmissionsTest, AveragedTexturesOfAnyBatchesHaveTheSameBits) {
+  ASSERT_NO_FATAL_FAILURE(Use(test::SharedVulkan::Get(false)));
+  const Scene scene = MakeBuiltinScene("mirrors").value();
+  RenderSettings settings = SmallSettings(kWidth, kHeight, 1);
+  settings.jitter = true;
+  settings.bounces = 1;
+  for (const int cycle : {1, 4}) {
+    settings.cycle = cycle;
+    ExpectSameBits(scene, settings);
+  }
+}
+
 TEST_F(GpuSubmissionsTest, ReferencesOfAnyBatchesHaveTheSameBits) {
   const Scene scene = MakeBuiltinScene("cornell").value();
   RenderSettings settings = SmallSettings(kWidth, kHeight, 1);

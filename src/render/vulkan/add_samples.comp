@@ -43,7 +43,7 @@ void AddGuides(uint number, bool is_first) {
   guides[number] =
       GpuGuides(mean.normal, mean.depth, mean.albedo, mean.roughness, mean.specular_albedo, mean.id,
                 mean.emission, mean.motion_x, mean.background, mean.motion_y, mean.previous_normal,
-                0.0f, vec3(0.0f), 0.0f);
+                0u, vec3(0.0f), 0u);
 }
 
 // The albedo by which a SignalKind is demodulated.

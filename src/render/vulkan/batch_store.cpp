@@ -61,8 +61,13 @@ PixelGuides GuidesOf(const GpuGuides& guides) {
 }
 
 VirtualImage ImageOf(const GpuImage& image) {
-  return {image.depth, image.normal, image.albedo, vec2(image.motion_x, image.motion_y),
-          image.id,    0.0f};
+  VirtualImage out;
+  out.depth = image.depth;
+  out.normal = image.normal;
+  out.albedo = image.albedo;
+  out.motion = vec2(image.motion_x, image.motion_y);
+  out.id = image.id;
+  return out;
 }
 
 SampleLight LightOf(const GpuSignal* first, uint32_t signals) {

@@ -41,6 +41,12 @@ vec2 Project(GpuView view, vec3 offset) {
   return vec2((x + 1.0f) * 0.5f * view.width, (1.0f - y) * 0.5f * view.height);
 }
 
+// \param point  image position of the pixel's ray
+PixelRays RaysBeside(GpuView view, vec2 point) {
+  return PixelRays(ChainRay(view.position, DirectionOf(view, point + vec2(kFootprintStep, 0.0f))),
+                   ChainRay(view.position, DirectionOf(view, point + vec2(0.0f, kFootprintStep))));
+}
+
 // The offset origin of a ray that continues behind the surface.
 vec3 OriginBehind(GpuInstance instance, GpuHit hit, vec3 direction) {
   WorldTriangle t = TriangleOf(instance, hit.primitive);

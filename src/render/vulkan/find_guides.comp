@@ -13,7 +13,7 @@
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
 #include "render/vulkan/previous_surface.glsl"
-#include "render/virtual_image_shared.h"
+#include "render/vulkan/base_colour.glsl"
 
 // The cameras of the primary ray in the current and the previous frame. They are recomputed where
 // needed: ray generation shaders spill all live variables while a ray is traced.
@@ -62,6 +62,19 @@ void AddAlbedos(Bsdf bsdf, SpecularAlbedo specular, float weight, bool first, in
   sum.transmission_albedo += glass ? specular.transmitted * weight : vec3(0.0f);
 }
 
+// Replaces the base colour of the pixel's only layer, which is opaque, by the mean over the pixel.
+void AverageColour(uvec2 pixel, inout CameraLayer layer, inout GpuGuides sum) {
+  GpuInstance instance = instances[layer.hit.instance];
+  GpuMaterial material = materials[instance.material];
+  if (HasMeanColour(material)) {
+    vec2 point = vec2(pixel) + frame.point;
+    PixelRays rays = RaysBeside(ViewsOf(pixel).now, point);
+    layer.base_colour =
+        MeanBaseColour(material, instance, layer.hit, rays, point, layer.base_colour);
+    SetColour(sum, layer.base_colour);
+  }
+}
+
 // Adds a layer to the pixel's guides.
 // \param first  whether it is the first layer; \param shown whether it provides the remaining
 //     guides so far
@@ -93,7 +106,7 @@ uint FindGuides(uint number, uvec2 pixel) {
   PixelViews views = ViewsOf(pixel);
   vec3 direction = DirectionOf(views.now, vec2(pixel) + frame.point);
   GpuGuides sum = GpuGuides(vec3(0.0f), kInfinity, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f),
-                            0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0.0f);
+                            0.0f, vec3(0.0f), 0.0f, vec3(0.0f), 0u, vec3(0.0f), 0u);
   SetMotion(MotionBetween(views, direction, direction), sum);
   GpuHit first = GpuHit(kInfinity, 0.0f, 0.0f, kNoInstance, 0u);
   CameraWalk walk = StartPixel(pixel, views.now.position, direction);
@@ -103,6 +116,9 @@ uint FindGuides(uint number, uvec2 pixel) {
     bool is_first = walk.layers == 1;
     bool shown = is_first || (frame.signal_count <= kSurfaceSignals && layer.weight > largest);
     largest = shown ? layer.weight : largest;
+    if (is_first && layer.weight >= 1.0f) {
+      AverageColour(pixel, layer, sum);
+    }
     AddLayer(pixel, layer, direction, is_first, shown, sum);
     first = layer.hit;
   }

@@ -14,8 +14,10 @@
 #include "render/vulkan/rays.glsl"
 #include "render/vulkan/camera.glsl"
 #include "render/vulkan/queue.glsl"
-#include "render/virtual_image_shared.h"
+#include "render/vulkan/base_colour.glsl"
 
+// With mean base colours: the rays beside the chain, in the current frame.
+PixelRays chain_beside;
 // Vertices of the pixel's chain in the previous frame.
 ChainVertex chain_vertices[kMostVertices];
 int chain_count = 0;
@@ -45,8 +47,11 @@ struct Chain {
   float light;        // luminance of an emitter or the sky seen by a single reflection
 };
 
-Chain StartChain(vec3 direction, int begin) {
+Chain StartChain(uvec2 pixel, vec3 direction, int begin) {
   chain_count = 0;
+  if (frame.filters_textures != 0) {
+    chain_beside = RaysBeside(frame.view, vec2(pixel) + frame.point);
+  }
   return Chain(frame.view.position, direction, 0.0f, vec3(1.0f), 0, begin, 0.0f, 0.0f);
 }
 
@@ -55,10 +60,13 @@ const int kNoImage = 0;
 const int kImage = 1;
 const int kOnward = 2;
 
-ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float eta) {
+mat3 MatrixOf(vec4 x, vec4 y, vec4 z) {
+  return transpose(mat3(x.xyz, y.xyz, z.xyz));
+}
+
+// The triangle of a hit in the frame whose vertices have these offsets. Without `before`.
+ChainTriangle TriangleIn(GpuInstance instance, GpuHit hit, uint positions, uint normals) {
   uvec3 corner = CornersOf(instance, hit.primitive);
-  uint positions = instance.previous_positions;
-  uint normals = instance.previous_normals;
   vec3 p0 = Vec3At(positions + 3u * corner.x);
   ChainTriangle triangle;
   triangle.edge_u = Vec3At(positions + 3u * corner.y) - p0;
@@ -66,15 +74,42 @@ ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float et
   triangle.normal_0 = Vec3At(normals + 3u * corner.x);
   triangle.normal_1 = Vec3At(normals + 3u * corner.y);
   triangle.normal_2 = Vec3At(normals + 3u * corner.z);
-  triangle.world =
-      transpose(mat3(instance.world_x.xyz, instance.world_y.xyz, instance.world_z.xyz));
-  triangle.before =
-      transpose(mat3(instance.previous_x.xyz, instance.previous_y.xyz, instance.previous_z.xyz));
+  triangle.world = MatrixOf(instance.world_x, instance.world_y, instance.world_z);
+  return triangle;
+}
+
+// The chain vertex of a hit in the previous frame.
+ChainVertex VertexAt(GpuInstance instance, GpuHit hit, ShadingPoint at, float eta) {
+  ChainTriangle triangle =
+      TriangleIn(instance, hit, instance.previous_positions, instance.previous_normals);
+  triangle.before = MatrixOf(instance.previous_x, instance.previous_y, instance.previous_z);
   triangle.moving = Stands(instance) ? 0 : 1;
   vec3 n = at.frame.z;
   vec3 n_before =
       HasChangedShape(instance) ? PreviousNormalAt(instance, hit, n) : MovedNormal(triangle, n);
   return MakeChainVertex(triangle, PreviousPoint(instance, hit, at.position), n, n_before, eta);
+}
+
+// The chain vertex of a hit in the current frame.
+ChainVertex CurrentVertex(GpuInstance instance, GpuHit hit, ShadingPoint at, float eta) {
+  ChainTriangle triangle = TriangleIn(instance, hit, instance.positions, instance.normals);
+  triangle.before = triangle.world;
+  triangle.moving = 0;
+  return MakeChainVertex(triangle, at.position, at.frame.z, at.frame.z, eta);
+}
+
+// Adds a vertex to the chain.
+void Bend(GpuInstance instance, GpuHit hit, ShadingPoint at, float eta) {
+  ChainVertex vertex = VertexAt(instance, hit, at, eta);
+  chain_vertices[chain_count] = vertex;
+  ++chain_count;
+  if (frame.filters_textures != 0) {
+    if (!Stands(instance)) {
+      vertex = CurrentVertex(instance, hit, at, eta);
+    }
+    chain_beside.right = PassVertex(vertex, chain_beside.right);
+    chain_beside.down = PassVertex(vertex, chain_beside.down);
+  }
 }
 
 // Continues a chain from a surface; returns false if it ends there.
@@ -89,8 +124,7 @@ bool Continue(GpuInstance instance, GpuHit hit, ShadingPoint at, Leaving leaving
     return false;
   }
   if (leaving.way != kChainGoesOn) {
-    chain_vertices[chain_count] = VertexAt(instance, hit, at, leaving.eta);
-    ++chain_count;
+    Bend(instance, hit, at, leaving.eta);
   }
   ++chain.ray_count;
   chain.direction = direction;
@@ -118,6 +152,21 @@ vec3 WholeAlbedo(Bsdf bsdf, SpecularAlbedo specular) {
   return min(DiffuseAlbedo(bsdf) + SumOf(specular), vec3(1.0f));
 }
 
+// The base colour at a hit of the chain, averaged over the pixel unless the chain is kBehind.
+// \param colour  base colour of the hit point
+vec3 ColourOfChain(uint number, Chain chain, GpuMaterial material, GpuInstance instance, GpuHit hit,
+                   vec3 colour) {
+  if (!HasMeanColour(material) || chain.begin == kBehind) {
+    return colour;
+  }
+  if (chain.ray_count == 0) {
+    vec3 mean;
+    return ColourOfFirst(number, mean) ? mean : colour;
+  }
+  vec2 point = vec2(PixelOf(number)) + frame.point;
+  return MeanBaseColour(material, instance, hit, chain_beside, point, colour);
+}
+
 // Starts the chain at the visible surface.
 int MeetFirst(GpuInstance instance, GpuHit hit, Surface surface, Bsdf bsdf, inout Chain chain) {
   Leaving leaving = FirstReflection(bsdf);
@@ -131,11 +180,13 @@ int MeetFirst(GpuInstance instance, GpuHit hit, Surface surface, Bsdf bsdf, inou
 
 // Processes a hit of the chain; its first hit is the visible surface.
 // \param forward  cosine between primary ray and view axis
-int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, inout ChainEnd end) {
+int Meet(uint number, GpuHit hit, float forward, inout Chain chain, inout GpuImage image,
+         inout ChainEnd end) {
   GpuInstance instance = instances[hit.instance];
   GpuMaterial material = materials[instance.material];
   vec4 colour = BaseColour(material, instance, hit);
-  Surface surface = MakeSurface(material, instance, hit, colour.rgb, chain.direction);
+  vec3 mean = ColourOfChain(number, chain, material, instance, hit, colour.rgb);
+  Surface surface = MakeSurface(material, instance, hit, mean, chain.direction);
   chain.distance += length(surface.at.position - chain.origin);
   bool first = chain.ray_count == 0;
   bool ends = chain.begin == kBehind;
@@ -161,6 +212,10 @@ int Meet(GpuHit hit, float forward, inout Chain chain, inout GpuImage image, ino
   vec3 own = emits ? max(emission, vec3(kLeastRadiance)) : WholeAlbedo(bsdf, specular);
   image.albedo = own * throughput;
   image.id = hit.instance + 1u;
+  image.base_colour = mean;
+  image.primitive = ends ? kNoPrimitive : hit.primitive;
+  image.u = hit.u;
+  image.v = hit.v;
   end = ChainEnd(PreviousPoint(instance, hit, surface.at.position), 0);
   MeetLight(emission, chain);
   return kImage;
@@ -176,12 +231,13 @@ void SetMotion(ChainEnd end, vec3 direction, inout GpuImage image) {
   image.motion_y = motion.y;
 }
 
-const GpuImage kNothing = GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0u, 0.0f, 0.0f, 0u, 0u);
+const GpuImage kNothing =
+    GpuImage(vec3(0.0f), 0.0f, vec3(0.0f), 0.0f, vec3(0.0f), kNoPrimitive, 0.0f, 0.0f, 0u, 0.0f);
 
 // Follows a chain from its start.
 // \param hit     hit of the pixel's only layer
 // \param traced  [in,out] number of traced rays
-GpuImage FollowChain(GpuHit hit, inout Chain chain, inout uint traced) {
+GpuImage FollowChain(uint number, GpuHit hit, inout Chain chain, inout uint traced) {
   GpuImage image = kNothing;
   vec3 direction = chain.direction;
   float forward = dot(direction, frame.view.forward);
@@ -192,7 +248,7 @@ GpuImage FollowChain(GpuHit hit, inout Chain chain, inout uint traced) {
       MeetSky(chain, image, end);
       met = kImage;
     } else {
-      met = Meet(hit, forward, chain, image, end);
+      met = Meet(number, hit, forward, chain, image, end);
     }
     if (met == kOnward) {
       hit = FindFirstHit(GpuRay(chain.origin, kInfinity, chain.direction, 0u));
@@ -242,12 +298,12 @@ uint FindImages(uint number, uvec2 pixel) {
                             : layered || (single && separates && !reflects_light);
     if (follows) {
       Chain chain =
-          StartChain(direction, mirrored ? kReflected : (layered ? kBehind : kTransmitted));
+          StartChain(pixel, direction, mirrored ? kReflected : (layered ? kBehind : kTransmitted));
       GpuHit hit = first;
       if (!mirrored && layered) {
         hit = HitBehind(pixel, direction);
       }
-      image = FollowChain(hit, chain, traced);
+      image = FollowChain(number, hit, chain, traced);
       reflects_light = separates && single &&
                        ReflectsVisibly(chain.reflectance, chain.light, environment.mean_luminance);
     }

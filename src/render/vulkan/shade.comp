@@ -6,6 +6,7 @@
 // The counterpart of Tracer::Shade on the CPU.
 #include "render/vulkan/tracer.glsl"
 #include "render/vulkan/surface.glsl"
+#include "render/vulkan/base_colour.glsl"
 #include "render/vulkan/pixel_light.glsl"
 #include "render/vulkan/queue.glsl"
 
@@ -168,7 +169,7 @@ bool Shade(uint number, out bool seeks, inout GpuShadow shadow) {
   }
   GpuInstance instance = instances[hit.instance];
   GpuMaterial material = materials[instance.material];
-  vec4 colour = BaseColour(material, instance, hit);
+  vec4 colour = BaseColourOfVertex(number, path.first != 0, material, instance, hit);
   vec4 u = NumbersOf(path.seed, LightDimensions(path.step));
   if (path.first == 0) {
     float opacity = OpacityOf(material, colour.a);

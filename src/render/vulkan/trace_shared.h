@@ -36,7 +36,8 @@ struct GpuFrame {
   float clamp_radiance;
   uint signal_count;  // per pixel: kSurfaceSignals, or kAllSignals if transmitted light is separate
   int shows_reflection;  // 1: reflections have virtual guides
-  int unused_0, unused_1;
+  int filters_textures;  // 1: FiltersTextures; 0 in references
+  uint filtered_images;  // virtual images per pixel that keep mean base colours: 0, 1 or 2
 };
 
 // Pixels that are traced together: a rectangle of the image in blocks of 8x8, which may extend
@@ -85,26 +86,47 @@ struct GpuGuides {
   vec3 background;
   float motion_y;
   vec3 previous_normal;  // only for deformed instances
-  float unused_0;
+  uint colour_low;       // SetColour: the mean base colour at which paths start
   vec3 transmission_albedo;
-  float unused_1;
+  uint colour_high;  // 0: none
 };
+
+// Number of steps of the components of packed colours, 2^21 - 1: they are exact to 2.4e-7.
+const float kColourSteps = 2097151.0f;
+
+// Packs a colour of 0..1 into the guides.
+SHARED_FN void SetColour(SHARED_INOUT(GpuGuides) guides, vec3 colour) {
+  vec3 steps = min(colour, vec3(1.0f)) * kColourSteps + vec3(0.5f);
+  uint green = uint(steps.y);
+  guides.colour_low = uint(steps.x) | green << 21;
+  guides.colour_high = green >> 11 | uint(steps.z) << 10 | 0x80000000u;
+}
+
+SHARED_FN vec3 UnpackColour(uint low, uint high) {
+  uint green = low >> 21 | (high & 0x3ffu) << 11;
+  return vec3(float(low & 0x1fffffu), float(green), float(high >> 10 & 0x1fffffu)) / kColourSteps;
+}
 
 // PixelGuides::separates_transmission.
 SHARED_FN bool SeparatesTransmission(SHARED_IN(GpuGuides) guides) {
   return guides.transmission_albedo != vec3(0.0f);
 }
 
-// Device version of VirtualImage.
+// Device version of VirtualImage. Paths read the second half: instance (`id` - 1), primitive,
+// barycentric coordinates and mean base colour of the image's surface.
 struct GpuImage {
   vec3 normal;
   float depth;
   vec3 albedo;
-  uint id;
   float motion_x;
+  vec3 base_colour;
+  uint primitive;  // kNoPrimitive: no path ends at the image, or it has no surface
+  float u;
+  float v;
+  uint id;
   float motion_y;
-  uint unused_0, unused_1;
 };
+const uint kNoPrimitive = 0xffffffffu;
 
 // A signal of a pixel: radiance and, in sums over samples, the sum of squared luminances. Each
 // pixel has GpuFrame::signal_count signals, by SignalKind.
@@ -213,7 +235,7 @@ static_assert(sizeof(GpuPath) == 64);
 static_assert(sizeof(GpuPathParts) == 64);
 static_assert(kMaxFreeEvents + 1 < 256);
 static_assert(sizeof(GpuGuides) == 112);
-static_assert(sizeof(GpuImage) == 48);
+static_assert(sizeof(GpuImage) == 64);
 static_assert(sizeof(GpuSignal) == 16);
 static_assert(sizeof(GpuShadow) == 64);
 static_assert(sizeof(GpuQueue) == 32);

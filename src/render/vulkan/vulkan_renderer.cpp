@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/clock.h"
+#include "render/base_colour.h"
 #include "render/lights.h"
 #include "render/moment.h"
 #include "render/pixel_order.h"
@@ -37,7 +38,8 @@ GpuView MakeGpuView(const CameraView& view) {
 /// The outputs of a batch.
 struct BatchPlan {
   bool guides = false;
-  ImageKinds images;  // virtual guides
+  ImageKinds images;          // virtual guides
+  bool finds_images = false;  // they are found, also if they are no output
   bool reference = false;
   uint64_t first_sample = 0;
   int samples = 0;
@@ -103,6 +105,7 @@ class VulkanRenderer final : public Renderer {
   }
   void SetCameras(const RenderMoment& moment);
   void SetSampling(vec2 jitter, SampleStream stream);
+  void FilterTextures();
   BatchResults ResultsOf(const BatchPlan& plan) const;
   template <typename Store>
   Status ForTiles(const BatchPlan& plan, ProgressMeter* meter, const Store& store);
@@ -272,6 +275,16 @@ void VulkanRenderer::SetSampling(vec2 jitter, SampleStream stream) {
   frame_.with_squares = settings_.spp > 1 ? 1 : 0;
 }
 
+/// Averages textures over the pixels of the current frame if requested.
+void VulkanRenderer::FilterTextures() {
+  const ImageKinds shown = ShownImages();
+  frame_.filters_textures = FiltersTextures(settings_, state_.scene()) ? 1 : 0;
+  frame_.filtered_images = 0;
+  if (frame_.filters_textures != 0 && shown.any()) {
+    frame_.filtered_images = shown.refraction ? 2 : 1;
+  }
+}
+
 void VulkanRenderer::ReadTimes() {
   for (const gpu::DeviceTime& time : times_.Read()) {
     double& sum = time.name == kTimeGuides || time.name == kTimeRaster ? timings_.primary_ms
@@ -320,7 +333,7 @@ Status VulkanRenderer::Record(VkCommandBuffer commands, const BatchWork& work, i
   if (plan.guides && begins) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordGuides(commands, batch));
   }
-  if (plan.images.any() && begins) {
+  if (plan.finds_images && begins) {
     STILLRAY_RETURN_IF_ERROR(tracer()->RecordImages(commands, batch));
   }
   for (int s = work.done; s < work.done + work.samples; ++s) {
@@ -518,6 +531,7 @@ Status VulkanRenderer::BeginFrame(const RenderMoment& moment, Frame* frame) {
   }
   frame_.signal_count = ShownImages().refraction ? kAllSignals : kSurfaceSignals;
   frame_.shows_reflection = ShownImages().reflection ? 1 : 0;
+  FilterTextures();
   frame->focal_pixels = focal_pixels_;
   SetSampling(vec2(frame->jitter_x, frame->jitter_y), SampleStream::kFrames);
   return Status::Ok();
@@ -531,6 +545,7 @@ Status VulkanRenderer::RenderWhole(const RenderMoment& moment, Frame* frame,
   BatchPlan plan;
   plan.guides = true;
   plan.images = ShownImages();
+  plan.finds_images = plan.images.any();
   plan.samples = settings_.spp;
   plan.first_sample =
       static_cast<uint64_t>(moment.frame_index) * static_cast<uint64_t>(settings_.spp);
@@ -587,9 +602,11 @@ Status VulkanRenderer::RenderPart(const RenderMoment& moment, Frame* frame,
   plan.first_sample = static_cast<uint64_t>(order.cycle_index());
   if (full) {
     plan.images = ShownImages();
+    plan.finds_images = plan.images.any();
     STILLRAY_RETURN_IF_ERROR(ForTiles(
         plan, &meter, [&](const GpuBatch& batch) { StoreBatch(batch, ResultsOf(plan), frame); }));
     plan.images = ImageKinds();
+    plan.finds_images = frame_.filtered_images > 0;  // for the paths
   }
   plan.samples = 1;
   for (size_t done = 0; done < chosen.size();) {
