@@ -23,8 +23,16 @@ using ::testing::HasSubstr;
 SceneBuilder VariedScene() {
   SceneBuilder builder;
   builder.CameraTransform() = At(vec3(0, 0.5f, 3));
-  builder.Add(Quad(vec3(-4, -1, 4), vec3(8, 0, 0), vec3(0, 0, -8)),
-              Lambert(vec3(0.7f, 0.6f, 0.5f)));
+  Texture tiles;
+  tiles.width = tiles.height = 64;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const auto grey = static_cast<uint8_t>((i + i / 64) % 2 == 0 ? 255 : 240);
+    tiles.texels.insert(tiles.texels.end(), {grey, grey, grey, 255});
+  }
+  builder.scene.textures = {tiles};
+  Material floor = Lambert(vec3(0.7f, 0.6f, 0.5f));
+  floor.base_color_texture.texture = 0;
+  builder.Add(Quad(vec3(-4, -1, 4), vec3(8, 0, 0), vec3(0, 0, -8)), floor);
   Material plastic = Metal(vec3(0.2f, 0.4f, 0.8f), 0.3f);
   plastic.metallic = 0.0f;
   builder.Add(FacetedSphere(vec3(-1.2f, 0, -1), 0.8f, 2), plastic);
@@ -436,7 +444,7 @@ TEST(RendererTest, InvalidScenesAreNamed) {
   EXPECT_THAT(message([](Scene* s) { s->instances[2].node = 77; }), HasSubstr("instance 2"));
   EXPECT_THAT(message([](Scene* s) { s->nodes[1].parent = 3; }), HasSubstr("node 1"));
   EXPECT_THAT(message([](Scene* s) { s->materials[1].ior = 0.5f; }), HasSubstr("ior is 0.5"));
-  EXPECT_THAT(message([](Scene* s) { s->materials[0].base_color_texture.texture = 0; }),
+  EXPECT_THAT(message([](Scene* s) { s->materials[0].base_color_texture.texture = 7; }),
               HasSubstr("base colour texture"));
   EXPECT_THAT(message([](Scene* s) { s->environment.radiance.x = -1.0f; }),
               HasSubstr("environment"));

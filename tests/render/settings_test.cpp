@@ -129,8 +129,8 @@ TEST(RenderParameters, ErrorsNameSettingValueAndRange) {
   EXPECT_EQ(message("bounce", "1"), "unknown render setting 'bounce', did you mean bounces?");
   EXPECT_EQ(message("colour", "1"),
             "unknown render setting 'colour'; settings are: spp, guides, seed, sampler, "
-            "light_candidates, jitter, virtual_guides, bounces, regularise, light_sampling, "
-            "clamp_radiance, aperture, focus, blades, blade_rotation");
+            "light_candidates, jitter, filter_textures, virtual_guides, bounces, regularise, "
+            "light_sampling, clamp_radiance, aperture, focus, blades, blade_rotation");
   EXPECT_EQ(GetRenderParameter({}, "colour").status().code(), StatusCode::kInvalidArgument);
 }
 
