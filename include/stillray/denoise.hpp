@@ -187,6 +187,7 @@ struct Settings {
 
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.12f;
+  float taa_moving_alpha = 0.28f;
   TaaFilter taa_filter = TaaFilter::kSpline;
   TaaClamp taa_clamp = TaaClamp::kLight;
   bool taa_follow_light = true;

@@ -92,6 +92,9 @@ bool IsSmooth(SignalKind kind) {
   return kind == SignalKind::kIndirectDiffuse || IsTransmitted(kind);
 }
 
+constexpr uint32_t kReflectedLights = 1u << static_cast<uint32_t>(SignalKind::kDirectSpecular) |
+                                      1u << static_cast<uint32_t>(SignalKind::kIndirectSpecular);
+
 bool IsReflected(SignalKind kind) {
   return kind == SignalKind::kDirectSpecular || kind == SignalKind::kIndirectSpecular;
 }
@@ -166,6 +169,20 @@ GuideSource SourceOf(const SignalGroup& signal, const FrameFacts& facts) {
   }
   return refracted && !reflected && facts.has_refraction ? GuideSource::kRefraction
                                                          : GuideSource::kSurface;
+}
+
+/// Bit mask of the reflected signals under guides of virtual images. Frames of reflected light
+/// alone are layers that a device denoises by themselves.
+int ImageSignals(const Settings& s, std::span<const SignalGroup> signals, const FrameFacts& facts) {
+  const bool is_layer =
+      facts.has_roughness && facts.lights != 0 && (facts.lights & ~kReflectedLights) == 0;
+  int mask = 0;
+  for (size_t i = 0; i < signals.size(); ++i) {
+    const bool has_images =
+        s.virtual_roughness > 0 && SourceOf(signals[i], facts) == GuideSource::kReflection;
+    mask |= has_images || is_layer ? 1 << i : 0;
+  }
+  return mask & SignalsOfOnly(IsReflected, signals, facts.lights);
 }
 
 /// Whether keep_samples runs: it needs second moments of several samples per pixel. Samples under
@@ -296,8 +313,12 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
 
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
-  plan->energy_signals =
-      plan->runs.restore_energy ? SignalsOfOnly(IsSmooth, plan->signals, facts.lights) : 0;
+  if (plan->runs.restore_energy) {
+    const int images = ImageSignals(s, plan->signals, facts);
+    plan->restore_energy = {
+        .energy_signals = SignalsOfOnly(IsSmooth, plan->signals, facts.lights) | images,
+        .image_signals = images};
+  }
   plan->keep_samples = {
       .kept_signals = plan->runs.keep_samples ? SignalsOf(plan->signals, facts.second_moments) : 0,
       .kept_reach = facts.has_estimated_moments ? ReachOfEstimates(facts.samples_per_pixel) : 0};
@@ -309,6 +330,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->fxaa = {.fxaa_sparse = Int(s.fxaa == Fxaa::kSparse)};
   plan->antialias = {
       .taa_alpha = s.taa_alpha,
+      .taa_moving_alpha = s.taa_moving_alpha,
       .weigh_by_length = Int(s.temporal),
       .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
@@ -387,7 +409,10 @@ FramePlan PlanOfLayer(const FramePlan& plan, const PlannedLayer& layer) {
   kept = kept >> layer.first & mask;
   int& mirrors = of_layer.keep_mirrors.mirror_signals;
   mirrors = mirrors >> layer.first & mask;
-  of_layer.energy_signals = plan.energy_signals >> layer.first & mask;
+  int& energy = of_layer.restore_energy.energy_signals;
+  energy = energy >> layer.first & mask;
+  int& images = of_layer.restore_energy.image_signals;
+  images = images >> layer.first & mask;
   int& detail = of_layer.restore_detail.detail_signals;
   detail = detail >> layer.first & mask;
   return of_layer;

@@ -26,6 +26,7 @@
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
 #include "denoise/stages/restore_detail_shared.h"
+#include "denoise/stages/restore_energy_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 #include "stillray/denoise.hpp"
 
@@ -157,7 +158,7 @@ struct FramePlan {
   /// without it (PSVGF section 5).
   float feedback_phase;
   ClipOutliersParameters clip_outliers;
-  int energy_signals;  ///< bit s: restore_energy runs for signal s
+  RestoreEnergyParameters restore_energy;
   KeepSamplesParameters keep_samples;
   KeepMirrorsParameters keep_mirrors;
   RestoreDetailParameters restore_detail;

@@ -474,9 +474,10 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "restore_energy",
                 .type = kFlag,
                 .group = "restore_energy",
-                .help = "Make filtered indirect diffuse light as bright as its samples, over some "
-                        "fifty pixels, where the difference is significant. Not for signals with "
-                        "other light too, nor with feedback or firefly=compress."},
+                .help = "Make filtered indirect diffuse light, and what mirrors show, as bright as "
+                        "its samples, over some fifty pixels, where the difference is "
+                        "significant. Not for signals with other light too, nor with feedback or "
+                        "firefly=compress."},
        .member = &Settings::restore_energy},
       {.info = {.name = "virtual_roughness",
                 .type = kFloat,
@@ -528,6 +529,13 @@ std::vector<Row> MakeTable() {
                 .help = "Weight of the new frame in temporal antialiasing.",
                 .symbol = "alpha"},
        .member = &Settings::taa_alpha},
+      {.info = {.name = "taa_moving_alpha",
+                .type = kFloat,
+                .group = "antialias",
+                .help = "Weight of the new frame where the picture moves by a quarter of a pixel "
+                        "or more, if it is larger: the previous picture, resampled in every "
+                        "frame, lags and blurs there."},
+       .member = &Settings::taa_moving_alpha},
       {.info = {.name = "taa_filter",
                 .type = kChoice,
                 .group = "antialias",

@@ -37,6 +37,64 @@ TEST(Antialias, NewPictureWeight) {
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 0.25f, 0.5f), 1.0f);  // never more than all
 }
 
+TEST(Antialias, MovingAlpha) {
+  EXPECT_EQ(MovingAlpha(0.12f, 0.28f, vec2(0.0f), 1), 0.12f);
+  EXPECT_FLOAT_EQ(MovingAlpha(0.12f, 0.28f, vec2(0.125f, 0.0f), 1), 0.2f);  // in part
+  EXPECT_FLOAT_EQ(MovingAlpha(0.12f, 0.28f, vec2(0.0f, -0.25f), 1), 0.28f);
+  EXPECT_FLOAT_EQ(MovingAlpha(0.12f, 0.28f, vec2(-7.0f, 3.0f), 1), 0.28f);
+  EXPECT_FLOAT_EQ(MovingAlpha(0.12f, 0.28f, vec2(-7.0f, 3.0f), 0.25f), 0.16f);
+  EXPECT_EQ(MovingAlpha(0.12f, 0.28f, vec2(9.0f), 0), 0.12f);
+  EXPECT_EQ(MovingAlpha(0.5f, 0.28f, vec2(9.0f), 1), 0.5f);  // never less than requested
+}
+
+TEST(Antialias, AlbedoAgreement) {
+  EXPECT_EQ(AlbedoAgreement(0.5f, 0.5f), 1.0f);
+  EXPECT_EQ(AlbedoAgreement(0.0f, 0.0f), 1.0f);
+  EXPECT_NEAR(AlbedoAgreement(0.7f, 0.8f), 1 - 0.5 * 0.8 / 0.802,
+              1e-6);  // half of a quarter of 0.8
+  EXPECT_NEAR(AlbedoAgreement(0.8f, 0.7f), 1 - 0.5 * 0.8 / 0.802, 1e-6);
+  EXPECT_EQ(AlbedoAgreement(0.8f, 0.5f), 0.0f);
+  EXPECT_EQ(AlbedoAgreement(0.0f, 1.0f), 0.0f);
+}
+
+TEST(Antialias, NewPicturesCountMoreWhereThePictureMoves) {
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  s.antialias = Antialias::kTaa;
+  s.taa_alpha = 0.1f;
+  s.taa_moving_alpha = 0.4f;
+  s.alpha_min = s.alpha_moments = 1;  // "aliased" is the light of the frame
+  s.taa_follow_light = false;
+  s.limit_history = false;
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    Denoiser d = Denoiser::Create(s, backend).value();
+    ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
+    DenoisedFrame out;
+    for (int i = 0; i < 40; ++i) {
+      ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
+    }
+    const Image3 before = out.colour;
+    // The stripes change places. The lower half moves by whole pixels, at which nothing is
+    // interpolated.
+    Frame next = MakeStripes(40, 1.0f);
+    FillImage<3>(&Light(&next, SignalKind::kDirectDiffuse),
+                 [](int x, int y, int) { return (x + y) % 2 == 0 ? 1.0f : 0.1f; });
+    FillImage<2>(&next.guides.motion,
+                 [](int, int y, int c) { return y >= 12 && c == 0 ? 2.0f : 0.0f; });
+    ASSERT_TRUE(d.Denoise(next, &out).ok());
+    const Image1& aliased = out.images[0].channels[1];
+    for (int y = 2; y < 22; ++y) {
+      for (int x = 2; x < 28; ++x) {
+        const float old = before[1](y < 12 ? x : x + 2, y);
+        const float alpha = y < 12 ? 0.1f : 0.4f;
+        EXPECT_GT(std::abs(aliased(x, y) - old), 0.3f);
+        EXPECT_NEAR(out.colour[1](x, y), old + alpha * (aliased(x, y) - old), 1e-5f)
+            << x << " " << y;
+      }
+    }
+  }
+}
+
 TEST(Antialias, TonemappedBlendIsTheInverseCurveOfTheBlendOfCurves) {
   for (const double scale : {0.25, 1.0, 8.0}) {
     const auto curve = [&](double x) { return scale * x / (1 + scale * x); };

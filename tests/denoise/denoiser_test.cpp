@@ -451,6 +451,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"restore_detail", "on", {}},
       {"antialias", "off", {}},
       {"taa_alpha", "0.5", {}},
+      {"taa_moving_alpha", "1", {}},
       {"taa_filter", "catmull_rom", {}},
       {"taa_clamp", "picture", {}},
       {"taa_follow_light", "off", {}},

@@ -271,6 +271,27 @@ TEST(Plan, TheToleranceOfVolumesFallsLessWithTheSamples) {
   EXPECT_EQ(of(Preset("psvgf"), 64).volume_signals, 0);  // one signal of all light
 }
 
+TEST(Plan, ReflectedLightKeepsItsBrightnessUnderGuidesOfImages) {
+  const Settings s = Preset("default");
+  FrameFacts facts = UsualFacts();
+  const auto plan = [&] { return MakePlan(s, facts, kLater); };
+  // Signals of default: direct diffuse, indirect diffuse, specular light.
+  EXPECT_EQ(plan().restore_energy.energy_signals, 0b010);
+  EXPECT_EQ(plan().restore_energy.image_signals, 0);
+  facts.has_reflection = true;
+  EXPECT_EQ(plan().restore_energy.energy_signals, 0b110);
+  EXPECT_EQ(plan().restore_energy.image_signals, 0b100);
+  const FramePlan of_layer = PlanOfLayer(plan(), plan().layers.layer[1]);
+  EXPECT_EQ(of_layer.restore_energy.energy_signals, 1);
+  EXPECT_EQ(of_layer.restore_energy.image_signals, 1);
+  // A layer that a device denoises as a frame of its own.
+  facts.has_reflection = false;
+  facts.lights = 0b1100;
+  const FramePlan alone = MakePlan(SettingsOfLayer(s), facts, kLater);
+  EXPECT_EQ(alone.restore_energy.image_signals, 1);
+  EXPECT_EQ(MakePlan(Preset("svgf"), facts, kLater).restore_energy.energy_signals, 0);
+}
+
 TEST(Plan, SignalsOfMirrors) {
   FrameFacts facts = UsualFacts();  // direct diffuse, indirect diffuse, specular
   EXPECT_EQ(MakePlan(Settings(), facts, kLater).keep_mirrors.mirror_signals, 4);

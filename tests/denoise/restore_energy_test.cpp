@@ -15,6 +15,7 @@
 #include "denoise/make_denoiser.h"
 #include "denoise/stage_table.h"
 #include "denoise/stages/prepare_guides.h"
+#include "denoise/stages/select_guides_shared.h"
 #include "denoise/test_frames.h"
 #include "stage_planes.h"
 #include "stage_test.h"
@@ -64,8 +65,9 @@ struct Light {
   }
 };
 
-/// The filtered light after the stage.
-LumaImage3 Restored(const StageTable& stages, const GuidePlanes& guides, const Light& light) {
+/// The filtered light after the stage. \param roughness  see RestoredSignal
+LumaImage3 Restored(const StageTable& stages, const GuidePlanes& guides, const Light& light,
+                    const Image1* roughness = nullptr) {
   const int width = CoarseSize(light.length.width());
   const int height = CoarseSize(light.length.height());
   GuidePlanes coarse(width, height, kComparedBorder);
@@ -81,7 +83,7 @@ LumaImage3 Restored(const StageTable& stages, const GuidePlanes& guides, const L
   }
   FindEnergyRatio(*from, &compared);
   LumaImage3 restored = light.filtered;
-  const RestoredSignal signal = {&compared, &restored};
+  const RestoredSignal signal = {&compared, &restored, roughness};
   stages.restore_energy({&signal, 1}, coarse, guides);
   return restored;
 }
@@ -159,6 +161,28 @@ TEST(RestoreEnergy, RatioOfAWallByHand) {
     EXPECT_NEAR(restored[0](2 * centre, 2 * centre) / 0.8, expected, 0.003);
     EXPECT_NEAR(restored[1](2 * centre, 2 * centre) / 0.4, expected, 0.003);
     EXPECT_NEAR(restored[2](2 * centre, 2 * centre) / 1.6, expected, 0.003);
+  }
+}
+
+TEST(RestoreEnergy, OnlyPixelsWithGuidesOfImagesChangeInReflectedLight) {
+  const GuidePlanes guides = FacingGuides(70, 50, Wall);
+  const Light light(
+      70, 50, [](int, int) { return 0.5f; }, [](int, int) { return 0.4f; });
+  Image1 roughness(70, 50);
+  for (int y = 0; y < 50; ++y) {
+    for (int x = 0; x < 70; ++x) {
+      roughness(x, y) = x % 3 == 0 ? kRoughnessOfImage : x % 3 == 1 ? 0.05f : 1.0f;
+    }
+  }
+  for (const StageTable* stages : {&kReferenceStages, &kCpuStages}) {
+    const LumaImage3 all = Restored(*stages, guides, light);
+    const LumaImage3 some = Restored(*stages, guides, light, &roughness);
+    for (int y = 0; y < 50; ++y) {
+      for (int x = 0; x < 70; ++x) {
+        EXPECT_GT(all[0](x, y), 0.45f);
+        EXPECT_EQ(some[0](x, y), x % 3 == 0 ? all[0](x, y) : 0.4f) << x << " " << y;
+      }
+    }
   }
 }
 

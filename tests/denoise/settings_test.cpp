@@ -71,6 +71,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"short_history", "blur"},
       {"antialias", "auto"},  // of jittered frames
       {"taa_alpha", "0.1"},
+      {"taa_moving_alpha", "0"},
       {"taa_filter", "catmull_rom"},
       {"taa_clamp", "picture"},
       {"taa_follow_light", "off"},

@@ -9,9 +9,10 @@
 #include "denoise/stage_timer.h"
 
 namespace stillray {
-void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
-                      DenoisedFrame* out) {
-  const int mask = p.plan.energy_signals;
+void RunRestoreEnergy(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                      LayerWork* work, DenoisedFrame* out) {
+  const int mask = p.plan.restore_energy.energy_signals;
+  const int of_images = p.plan.restore_energy.image_signals;
   if (mask == 0) {
     return;
   }
@@ -28,7 +29,8 @@ void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork
     LumaImage3* light = ChangeableLight(&planes);
     signals[count] = {&planes.history->colour[0], &(*light)[0], &planes.history->length,
                       &work->compared[i]};
-    restored[count++] = {&work->compared[i], light};
+    restored[count++] = {&work->compared[i], light,
+                         (of_images >> i & 1) != 0 ? &in.roughness : nullptr};
   }
   p.stages.measure_energy({signals.data(), count}, guides, &work->coarse);
   static_assert(kCorrectHistoryLevels % 2 == 1, "the result lies in `work`");

@@ -10,7 +10,7 @@
 namespace stillray {
 
 /// Runs restore_energy and its levels on the filtered signals (WaveletPlanes::light).
-void RunRestoreEnergy(const CpuPipeline& p, const GuidePlanes& guides, LayerWork* work,
-                      DenoisedFrame* out);
+void RunRestoreEnergy(const CpuPipeline& p, const FrameInput& in, const GuidePlanes& guides,
+                      LayerWork* work, DenoisedFrame* out);
 
 }  // namespace stillray

@@ -188,7 +188,7 @@ void FilterLayer(const CpuPipeline& p, const FrameInput& in, std::span<const Sig
   });
   if (p.plan.runs.wavelet) {
     RunWavelet(p, in, history->guides, work, outputs, out);
-    RunRestoreEnergy(p, history->guides, work, out);
+    RunRestoreEnergy(p, in, history->guides, work, out);
   }
   if (p.plan.runs.keep_samples) {
     RunKeepSamples(p, history->guides, work, out);

@@ -27,16 +27,38 @@ namespace HWY_NAMESPACE {
 
 constexpr size_t kMostFetched = 112;
 
-/// NewPictureWeight for a vector of pixels.
-HWY_INLINE VF Alpha(const AntialiasInput& in, const AntialiasParameters& p, VF longest, int x,
-                    int y) {
+/// MovingAlpha for a vector of pixels.
+HWY_INLINE VF MovingAlpha(const AntialiasParameters& p, VF mx, VF my, VF agreement) {
+  const DF d;
+  const VF distance = hn::Max(hn::Abs(mx), hn::Abs(my));
+  const VF share = hn::Min(hn::Mul(hn::Set(d, kMovingRate), distance), hn::Set(d, 1.0f));
+  const VF more = hn::Set(d, std::max(p.taa_moving_alpha - p.taa_alpha, 0.0f));
+  return hn::MulAdd(hn::Mul(more, share), agreement, hn::Set(d, p.taa_alpha));
+}
+
+/// The smallest AlbedoAgreement of the three channels. \param now  the albedo of this frame
+HWY_INLINE VF AgreementOf(const Image3& now, const VF antialiased[3], int x, int y) {
+  const DF d;
+  const VF one = hn::Set(d, 1.0f);
+  VF agreement = one;
+  for (int c = 0; c < 3; ++c) {
+    const VF a = hn::LoadU(d, now[c].Row(y) + x);
+    const VF largest = hn::Add(hn::Max(a, antialiased[c]), hn::Set(d, kTextureFloor));
+    const VF difference = hn::Abs(hn::Sub(a, antialiased[c]));
+    const VF share = hn::Div(difference, hn::Mul(hn::Set(d, kLargestDifference), largest));
+    agreement = hn::Min(agreement, hn::Sub(one, share));
+  }
+  return hn::Max(agreement, hn::Zero(d));
+}
+
+/// NewPictureWeight for a vector of pixels. \param least  MovingAlpha
+HWY_INLINE VF Alpha(const AntialiasInput& in, VF least, VF longest, int x, int y) {
   const DF d;
   if (in.length == nullptr) {
-    return hn::Set(d, p.taa_alpha);
+    return least;
   }
-  const VF alpha = in.confidence == nullptr
-                       ? hn::Set(d, p.taa_alpha)
-                       : ConfidentAlpha(p.taa_alpha, ConfidenceOf(*in.confidence, x, y));
+  const VF alpha =
+      in.confidence == nullptr ? least : ConfidentAlpha(least, ConfidenceOf(*in.confidence, x, y));
   const VF one = hn::Set(d, 1.0f);
   const VF n = in.samples == nullptr ? one : hn::LoadU(d, in.samples->Row(y) + x);
   const MF some = hn::Gt(n, hn::Zero(d));
@@ -232,7 +254,6 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
       before[c] = hn::Mul(before[c], ratio);
     }
   }
-  const VF alpha = Alpha(in, p, n.longest, x, y);
   const bool clamps_light = rows.texture.albedo[1][0] != nullptr;
   VF albedo[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   if (clamps_light) {
@@ -241,6 +262,13 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
     ClampAlbedo<kInner>(rows.texture, in, albedos, at, x, y, albedo);
     ClampLight(n.range, RangesAround<kInner>(rows.colour, x, width), albedos, albedo, before);
   }
+  VF least = hn::Set(d, p.taa_alpha);
+  if constexpr (!kStill) {
+    const VF agreement =
+        clamps_light ? AgreementOf(in.texture->albedo.sum, albedo, x, y) : hn::Set(d, 1.0f);
+    least = MovingAlpha(p, n.mx, n.my, agreement);
+  }
+  const VF alpha = Alpha(in, least, n.longest, x, y);
   for (int c = 0; c < 3; ++c) {
     const VF now = hn::LoadU(d, rows.colour[1][c] + x);
     const VF kept =

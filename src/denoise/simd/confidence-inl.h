@@ -27,11 +27,10 @@ HWY_INLINE VF ConfidenceOf(const Image1& confidence, int x, int y) {
 }
 
 /// ConfidentAlpha for a vector of pixels.
-HWY_INLINE VF ConfidentAlpha(float alpha, VF confidence) {
+HWY_INLINE VF ConfidentAlpha(VF least, VF confidence) {
   const DF d;
   const VF one = hn::Set(d, 1.0f);
-  const VF least = hn::Set(d, alpha);
-  const VF sum = hn::Add(least, hn::Mul(confidence, hn::Set(d, 1.0f - alpha)));
+  const VF sum = hn::Add(least, hn::Mul(confidence, hn::Sub(one, least)));
   const VF raised = hn::Div(least, hn::Max(sum, hn::Set(d, 1e-30f)));
   return hn::IfThenElse(hn::Lt(confidence, one), raised, least);
 }

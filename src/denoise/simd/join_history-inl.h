@@ -29,7 +29,7 @@ HWY_INLINE VF NewFrameWeight(VF length, VF n, VF least, bool constant_weight) {
 template <typename OldOf>
 HWY_INLINE VF LeastWeight(const OldOf& old_of, float alpha) {
   if constexpr (OldOf::kHasConfidence) {
-    return ConfidentAlpha(alpha, old_of.confidence);
+    return ConfidentAlpha(hn::Set(DF(), alpha), old_of.confidence);
   } else {
     return hn::Set(DF(), alpha);
   }

@@ -53,13 +53,22 @@ float LongestAround(const Image1& length, int x, int y) {
   return longest;
 }
 
-/// Weight of the new image at a pixel.
-float NewWeight(const AntialiasInput& in, float taa_alpha, int x, int y) {
+/// The smallest AlbedoAgreement of the three channels.
+float AgreementOf(vec3 now, vec3 antialiased) {
+  float agreement = 1.0f;
+  for (int c = 0; c < 3; ++c) {
+    agreement = min(agreement, AlbedoAgreement(now[c], antialiased[c]));
+  }
+  return agreement;
+}
+
+/// Weight of the new image at a pixel. \param least  that of MovingAlpha
+float NewWeight(const AntialiasInput& in, float least, int x, int y) {
   if (in.length == nullptr) {
-    return taa_alpha;
+    return least;
   }
   const float given = in.confidence == nullptr ? 1.0f : (*in.confidence)(x, y);
-  const float alpha = ConfidentAlpha(taa_alpha, UsedConfidence(given, std::isnan(given)));
+  const float alpha = ConfidentAlpha(least, UsedConfidence(given, std::isnan(given)));
   return NewPictureWeight(alpha, LongestAround(*in.length, x, y),
                           in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
 }
@@ -237,7 +246,9 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
       if (inside) {
         const Previous before =
             FindPrevious(colour, in, ratio[static_cast<size_t>(x)], place, x, y);
-        const float alpha = NewWeight(in, p.taa_alpha, x, y);
+        const float agreement = with_albedo ? AgreementOf(albedo, before.albedo) : 1.0f;
+        const float alpha =
+            NewWeight(in, MovingAlpha(p.taa_alpha, p.taa_moving_alpha, m, agreement), x, y);
         for (int c = 0; c < 3; ++c) {
           result[c] = p.tone_scale > 0
                           ? BlendTonemapped(before.picture[c], now[c], alpha, p.tone_scale)

@@ -12,14 +12,15 @@
 SHARED_BEGIN
 
 SHARED_BLOCK(AntialiasParameters) {
-  float taa_alpha;      // weight of the new frame
-  int weigh_by_length;  // 1: larger where the history is short
-  int spline;           // 1: the last image is resampled with a B-spline, 0: Catmull-Rom
-  int follow_light;     // number of signals that follow_light compares, from the first; 0: off
-  int clamp_light;      // 1: the demodulated last image is clamped, 0: the image itself
-  int image_albedo;     // 1: the albedo of reflected light is that of the reflected surface
-  int image_length;     // 1: where a pixel shows a virtual image, its history length is used
-  float tone_scale;     // images are blended under x / (1 + tone_scale x); 0: linearly
+  float taa_alpha;         // weight of the new frame
+  float taa_moving_alpha;  // minimum weight where the image moves
+  int weigh_by_length;     // 1: larger where the history is short
+  int spline;              // 1: the last image is resampled with a B-spline, 0: Catmull-Rom
+  int follow_light;        // number of signals that follow_light compares, from the first; 0: off
+  int clamp_light;         // 1: the demodulated last image is clamped, 0: the image itself
+  int image_albedo;        // 1: the albedo of reflected light is that of the reflected surface
+  int image_length;        // 1: where a pixel shows a virtual image, its history length is used
+  float tone_scale;        // images are blended under x / (1 + tone_scale x); 0: linearly
 };
 
 // Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse
@@ -28,6 +29,35 @@ SHARED_BLOCK(AntialiasParameters) {
 const float kInFront = 0.02f;
 SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
   return i_neighbour > i + g.x * offset.x + g.y * offset.y + kInFront * i;
+}
+
+// Demodulated value of an image: divided by the albedo. Without the added floor, the quotient would
+// be arbitrary where the albedo is nearly black.
+const float kTextureFloor = 0.002f;
+SHARED_FN float LightOfPicture(float picture, float albedo) {
+  return picture / (albedo + kTextureFloor);
+}
+SHARED_FN float PictureOfLight(float light, float albedo) {
+  return light * (albedo + kTextureFloor);
+}
+
+// Minimum weight of the new image where it moves: the old image is resampled there, so that it
+// lags, and blurs a little more in every frame. Where it stands still nothing is lost by a small
+// weight, and edges flicker less.
+// \param agreement  AlbedoAgreement; 1 if it is unknown
+const float kMovingRate = 4.0f;  // of the share per pixel of motion
+SHARED_FN float MovingAlpha(float alpha, float moving_alpha, vec2 motion, float agreement) {
+  float share = min(kMovingRate * max(abs(motion.x), abs(motion.y)), 1.0f);
+  return alpha + max(moving_alpha - alpha, 0.0f) * share * agreement;
+}
+
+// Agreement of a channel of the new albedo with the antialiased one, 0..1. They differ where the
+// points of one frame do not represent their pixels: at edges, and on textures that alias.
+const float kLargestDifference = 0.25f;  // relative, at which they agree no more
+SHARED_FN float AlbedoAgreement(float now, float antialiased) {
+  float difference = abs(now - antialiased);
+  float largest = max(now, antialiased) + kTextureFloor;
+  return max(1.0f - difference / (kLargestDifference * largest), 0.0f);
 }
 
 // Weight of the new image at a pixel with a history of `length` samples, n of them new. If the
@@ -49,16 +79,6 @@ SHARED_FN float BlendTonemapped(float before, float now, float alpha, float scal
   float of_before = (1.0f - alpha) / (1.0f + scale * max(before, 0.0f));
   float of_now = alpha / (1.0f + scale * max(now, 0.0f));
   return (of_before * before + of_now * now) / (of_before + of_now);
-}
-
-// Demodulated value of an image: divided by the albedo. Without the added floor, the quotient would
-// be arbitrary where the albedo is nearly black.
-const float kTextureFloor = 0.002f;
-SHARED_FN float LightOfPicture(float picture, float albedo) {
-  return picture / (albedo + kTextureFloor);
-}
-SHARED_FN float PictureOfLight(float light, float albedo) {
-  return light * (albedo + kTextureFloor);
 }
 
 // Lower bound of the last image: that of the current image, lowered by the factor by which the last

@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "denoise/row_scratch.h"
 #include "denoise/stages/restore_energy_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "denoise/stages/restore_energy.cpp"
@@ -101,7 +102,12 @@ void RestoreRows(std::span<const RestoredSignal> signals, const GuidePlanes& coa
       InterpolateBlocks<1>(compared.valid, {&compared.ratio}, {1.0f}, y, scratch, kBlockWeights,
                            kRatioRow);
       for (int x = 0; x < width; x += LaneCount()) {
-        const VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
+        VF ratio = hn::LoadU(d, scratch.Row(kRatioRow) + x);
+        if (signal.roughness != nullptr) {
+          const VF roughness = hn::LoadU(d, signal.roughness->Row(y) + x);
+          const MF of_image = hn::Eq(roughness, hn::Set(d, kRoughnessOfImage));
+          ratio = hn::IfThenElse(of_image, ratio, hn::Set(d, 1.0f));
+        }
         if (hn::AllTrue(d, hn::Eq(ratio, hn::Set(d, 1.0f)))) {
           continue;  // the ratio is 1 in large parts of an image
         }

@@ -7,9 +7,10 @@
 /// 20 % on the built-in scenes. The mean of the samples is unbiased. The filtered radiance is
 /// therefore multiplied by the ratio of the means before and after the filter, as far as their
 /// difference is significant, as in correct_history. Each block's share of the noise is the squared
-/// difference of its own means, so that a single bright sample has no effect. Reflections are
-/// excluded: their detail is finer than the means. Source: none; twicing (Tukey, Exploratory Data
-/// Analysis, 1977) at one coarse scale.
+/// difference of its own means, so that a single bright sample has no effect. Reflections by rough
+/// surfaces are excluded: their detail is finer than the means. What a mirror shows is included,
+/// under the guides and the albedo of the virtual image. Source: none; twicing (Tukey, Exploratory
+/// Data Analysis, 1977) at one coarse scale.
 ///
 /// Means are computed on the coarse grid of limit_history and by its levels. No state. Border of
 /// the full-resolution planes: 1 pixel of guides. Reads 28 and writes 12 bytes per pixel and
@@ -34,6 +35,8 @@ struct EnergySignal {
 struct RestoredSignal {
   const ComparedPlanes* compared;
   LumaImage3* light;  ///< [in,out] multiplied by the ratio
+  /// Only pixels with guides of a virtual image (kRoughnessOfImage) change; nullptr: all.
+  const Image1* roughness = nullptr;
 };
 
 /// Before the levels: fills `light` and `valid` with the means of the accumulated luminance

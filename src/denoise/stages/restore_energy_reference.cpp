@@ -4,6 +4,7 @@
 
 #include "denoise/stages/coarse_grid.h"
 #include "denoise/stages/restore_energy_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 
 namespace stillray::reference {
 namespace {
@@ -54,7 +55,9 @@ void RestoreEnergy(std::span<const RestoredSignal> signals, const GuidePlanes& c
     LumaImage3& light = *signal.light;
     for (int y = 0; y < light[0].height(); ++y) {
       for (int x = 0; x < light[0].width(); ++x) {
-        if (!(guides.inverse_depth(x, y) > 0)) {
+        const bool changes =
+            signal.roughness == nullptr || (*signal.roughness)(x, y) == kRoughnessOfImage;
+        if (!changes || !(guides.inverse_depth(x, y) > 0)) {
           continue;
         }
         const BlocksAround around = FindBlocksAround(coarse, guides, x, y);

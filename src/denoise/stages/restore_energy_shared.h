@@ -9,6 +9,11 @@
 
 SHARED_BEGIN
 
+SHARED_BLOCK(RestoreEnergyParameters) {
+  int energy_signals;  // bit s: the stage runs for signal s
+  int image_signals;   // bit s: ... and changes only pixels with guides of a virtual image
+};
+
 // Squared difference of the means of a block before and after the filter, which is the estimate of
 // the difference's noise.
 SHARED_FN float EnergyNoise(float accumulated, float filtered) {

@@ -262,10 +262,15 @@ vec3 Antialiased(ivec2 p, vec3 now) {
     colours = Widen(colours, previous.albedo, albedos_around);
   }
   before = min(max(before, colours.low), colours.high);
+  float agreement = 1.0f;
+  for (int c = 0; c < 3 && has_albedo != 0; ++c) {
+    agreement = min(agreement, AlbedoAgreement(albedo[c], previous.albedo[c]));
+  }
+  float least = MovingAlpha(antialias.taa_alpha, antialias.taa_moving_alpha, motion, agreement);
   float alpha = antialias.weigh_by_length != 0
-                    ? NewPictureWeight(ConfidentAlpha(antialias.taa_alpha, Confidence(p)),
-                                       LongestAround(p), GivenSamples(p))
-                    : antialias.taa_alpha;
+                    ? NewPictureWeight(ConfidentAlpha(least, Confidence(p)), LongestAround(p),
+                                       GivenSamples(p))
+                    : least;
   KeepAlbedo(p, has_albedo != 0 ? previous.albedo + alpha * (albedo - previous.albedo) : albedo);
   if (antialias.tone_scale > 0.0f) {
     float scale = antialias.tone_scale / picture_exposure;

@@ -136,7 +136,7 @@ const gpu::Image* FramePipeline::RunPilot(int level, int signals, PassRecorder* 
 }
 
 void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
-  if (plan.energy_signals != 0) {
+  if (plan.restore_energy.energy_signals != 0) {
     BeginEnergy(recorder);
   }
   int target = 1;
@@ -185,7 +185,7 @@ void FramePipeline::RunLevels(const FramePlan& plan, PassRecorder* recorder) {
     target ^= 1;
   }
   Keep(recorder, "wavelet", light_);
-  if (plan.energy_signals != 0) {
+  if (plan.restore_energy.energy_signals != 0) {
     RestoreEnergy(images_.wavelet[target], recorder);
   }
 }

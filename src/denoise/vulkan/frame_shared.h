@@ -19,6 +19,7 @@
 #include "denoise/stages/limit_history_shared.h"
 #include "denoise/stages/prefilter_variance_shared.h"
 #include "denoise/stages/reproject_shared.h"
+#include "denoise/stages/restore_energy_shared.h"
 #include "denoise/stages/tonemap_shared.h"
 
 #ifdef __cplusplus
@@ -71,9 +72,9 @@ layout(set = 0, binding = 28, std140) uniform FrameParameters {
   float shift_y;
   int estimates_variance;  // 0: the wavelet reads no variance
   int colour_is_half;      // which output image is given
-  int keeps_length;    // 1: output alpha is the history length of the first signal; 0: alpha is 1
-  int shows;           // a display image is given
-  int energy_signals;  // bit s: restore_energy runs for signal s
+  int keeps_length;  // 1: output alpha is the history length of the first signal; 0: alpha is 1
+  int shows;         // a display image is given
+  RestoreEnergyParameters restore_energy;
   DemodulateParameters demodulate;
   ReprojectParameters reproject;
   LimitHistoryParameters limit_history;

@@ -90,7 +90,7 @@ FrameParameters MakeParameters(const FramePlan& plan, const FrameFacts& facts, c
   p.estimates_variance = plan.runs.estimate_variance ? 1 : 0;
   p.keeps_length = facts.keeps_length ? 1 : 0;
   p.shows = plan.runs.tonemap ? 1 : 0;
-  p.energy_signals = plan.energy_signals;
+  p.restore_energy = plan.restore_energy;
   p.demodulate = plan.demodulate;
   p.reproject = plan.reproject;
   p.limit_history = plan.limit_history;

@@ -7,6 +7,7 @@
 #include "denoise/vulkan/common.glsl"
 #include "denoise/vulkan/limit_history.glsl"
 #include "denoise/stages/restore_energy_shared.h"
+#include "denoise/stages/select_guides_shared.h"
 
 layout(set = 1, binding = 0) uniform utexture2D surface_image;
 layout(set = 1, binding = 1) uniform utexture2D detail_image;
@@ -31,6 +32,12 @@ float RatioAt(BlocksAround around, int s) {
   return sum.y > kLeastComparedWeight ? sum.x / sum.y : 1.0f;
 }
 
+bool Changes(ivec2 p, int s) {
+  bool of_image = (restore_energy.image_signals >> s & 1) != 0;
+  return (restore_energy.energy_signals >> s & 1) != 0 &&
+         (!of_image || texelFetch(roughness_image, p, 0).x == kRoughnessOfImage);
+}
+
 void main() {
   ivec2 p = ivec2(gl_GlobalInvocationID.xy);
   if (!Inside(p)) {
@@ -40,7 +47,7 @@ void main() {
   BlocksAround around = FindBlocksAround(p, surface);
   for (int s = 0; s < SignalCount(); ++s) {
     vec4 own = texelFetch(light, ivec3(p, s), 0);
-    if ((energy_signals >> s & 1) != 0) {
+    if (Changes(p, s)) {
       own.xyz *= RatioAt(around, s);
     }
     imageStore(light_out, ivec3(p, s), Stored(own));
