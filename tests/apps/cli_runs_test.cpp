@@ -427,6 +427,7 @@ TEST(CliRuns, TheLogHasEveryOptionThatChangesThePictures) {
       {"seed", {"seed", {"--seed", "4"}}},
       {"sampler", {"sampler", {"--sampler", "halton16"}}},
       {"jitter", {"jitter", {"--no-jitter"}}},
+      {"filter-textures", {"filter_textures", {"--no-filter-textures"}}},
       {"virtual-guides", {"virtual_guides", {"--no-virtual-guides"}}},
       {"bounces", {"bounces", {"--bounces", "2"}}},
       {"regularise", {"regularise", {"--regularise"}}},
