@@ -253,14 +253,9 @@ vec4 SceneState::TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) 
 }
 
 vec4 SceneState::BaseColour(const Hit& hit) const {
-  const Material& material = *instances_[hit.instance].material;
-  return ColourOf(hit, TextureValue(material.base_color_texture, hit, true));
-}
-
-/// The base colour at a hit for a value of its texture.
-vec4 SceneState::ColourOf(const Hit& hit, vec4 texture) const {
   const PlacedInstance& instance = instances_[hit.instance];
-  vec4 colour = instance.material->base_color * texture;
+  vec4 colour = instance.material->base_color;
+  colour *= TextureValue(instance.material->base_color_texture, hit, true);
   if (!instance.mesh->colors.empty()) {
     colour *= Interpolate(*instance.mesh, hit, instance.mesh->colors);
   }
@@ -269,7 +264,6 @@ vec4 SceneState::ColourOf(const Hit& hit, vec4 texture) const {
 
 vec3 SceneState::MeanBaseColour(const Hit& hit, const Footprint& footprint, vec2 within) const {
   const PlacedInstance& instance = instances_[hit.instance];
-  const TextureRef& ref = instance.material->base_color_texture;
   const ivec2 counts = TapCounts(hit, footprint);
   vec3 sum(0.0f);
   float weight = 0.0f;
@@ -280,7 +274,7 @@ vec3 SceneState::MeanBaseColour(const Hit& hit, const Footprint& footprint, vec2
         Hit tap = hit;
         tap.u = place.x;
         tap.v = place.y;
-        const vec4 colour = ColourOf(tap, TextureValue(ref, tap, true));
+        const vec4 colour = BaseColour(tap);
         const float opacity = OpacityOf(instance, colour.w);
         sum += vec3(colour) * opacity;
         weight += opacity;

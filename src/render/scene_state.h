@@ -107,7 +107,6 @@ class SceneState {
   vec4 TextureValue(const TextureRef& ref, const Hit& hit, bool srgb) const;
 
  private:
-  vec4 ColourOf(const Hit& hit, vec4 texture) const;
   ivec2 TapCounts(const Hit& hit, const Footprint& footprint) const;
   static float OpacityOf(const PlacedInstance& instance, float alpha);
 

@@ -41,21 +41,26 @@ vec3 PreviousPoint(const PlacedInstance& instance, const Hit& hit, vec3 now) {
              : now;
 }
 
+/// The triangle of a hit with these vertices; `before` and `moving` are left to the caller.
+ChainTriangle TriangleIn(const PlacedInstance& instance, const Hit& hit,
+                         const VertexArrays& vertices) {
+  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(hit.primitive);
+  ChainTriangle triangle;
+  triangle.edge_u = vertices.positions[corner[1]] - vertices.positions[corner[0]];
+  triangle.edge_v = vertices.positions[corner[2]] - vertices.positions[corner[0]];
+  triangle.normal_0 = vertices.normals[corner[0]];
+  triangle.normal_1 = vertices.normals[corner[1]];
+  triangle.normal_2 = vertices.normals[corner[2]];
+  triangle.world = mat3(instance.world);
+  return triangle;
+}
+
 /// The chain vertex of a hit, in the previous frame.
 ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surface& surface,
                        float eta) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
-  const Mesh& mesh = *instance.mesh;
-  const uint32_t* corner = mesh.indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  const VertexArrays& before = instance.previous_vertices;
   const vec3 n = surface.frame.z;
-  ChainTriangle triangle;
-  triangle.edge_u = before.positions[corner[1]] - before.positions[corner[0]];
-  triangle.edge_v = before.positions[corner[2]] - before.positions[corner[0]];
-  triangle.normal_0 = before.normals[corner[0]];
-  triangle.normal_1 = before.normals[corner[1]];
-  triangle.normal_2 = before.normals[corner[2]];
-  triangle.world = mat3(instance.world);
+  ChainTriangle triangle = TriangleIn(instance, hit, instance.previous_vertices);
   triangle.before = mat3(instance.moving ? instance.previous_world : instance.world);
   triangle.moving = instance.moving ? 1 : 0;
   return MakeChainVertex(
@@ -68,15 +73,7 @@ ChainVertex MakeVertex(const TraceContext& context, const Hit& hit, const Surfac
 ChainVertex CurrentVertex(const TraceContext& context, const Hit& hit, const Surface& surface,
                           float eta) {
   const PlacedInstance& instance = context.state.instance(hit.instance);
-  const uint32_t* corner = instance.mesh->indices.data() + 3 * static_cast<size_t>(hit.primitive);
-  const VertexArrays& now = instance.vertices;
-  ChainTriangle triangle;
-  triangle.edge_u = now.positions[corner[1]] - now.positions[corner[0]];
-  triangle.edge_v = now.positions[corner[2]] - now.positions[corner[0]];
-  triangle.normal_0 = now.normals[corner[0]];
-  triangle.normal_1 = now.normals[corner[1]];
-  triangle.normal_2 = now.normals[corner[2]];
-  triangle.world = mat3(instance.world);
+  ChainTriangle triangle = TriangleIn(instance, hit, instance.vertices);
   triangle.before = triangle.world;
   triangle.moving = 0;
   return MakeChainVertex(triangle, surface.position, surface.frame.z, surface.frame.z, eta);
