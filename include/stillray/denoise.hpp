@@ -97,7 +97,8 @@ enum class Antialias : int {
 };
 enum class TaaFilter : int {
   kCatmullRom,
-  kSpline,  ///< the cubic B-spline through the pixels
+  kSpline,   ///< the cubic B-spline through the pixels
+  kSubcell,  ///< a step within each pixel (subcell resolution, Harten 1989), and Catmull-Rom
 };
 /// The quantity whose history is clamped to the neighbourhood of the current pixel.
 enum class TaaClamp : int {
@@ -187,8 +188,9 @@ struct Settings {
 
   Antialias antialias = Antialias::kAuto;
   float taa_alpha = 0.12f;
-  float taa_moving_alpha = 0.28f;
-  TaaFilter taa_filter = TaaFilter::kSpline;
+  float taa_moving_alpha = 0.36f;
+  TaaFilter taa_filter = TaaFilter::kSubcell;
+  bool taa_extrapolate_motion = true;
   TaaClamp taa_clamp = TaaClamp::kLight;
   bool taa_follow_light = true;
   bool taa_tonemapped = false;

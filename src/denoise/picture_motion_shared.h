@@ -16,7 +16,7 @@ const float kMostDiffuse = 0.1f;
 
 // Antialiasing takes the motion of the nearest surface of 3x3 pixels, so that silhouettes stay
 // smooth. They move with the surface: pixels this near to them keep its motion.
-const int kSilhouette = 2;
+const int kSilhouette = 1;
 
 // Whether a pixel shows little but an image. Luminances of the albedos: `diffuse` of the surface,
 // `seen` of the light of the image, `other` of that of the other image: glass shows one by

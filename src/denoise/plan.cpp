@@ -332,7 +332,8 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .taa_alpha = s.taa_alpha,
       .taa_moving_alpha = s.taa_moving_alpha,
       .weigh_by_length = Int(s.temporal),
-      .spline = Int(s.antialias != Antialias::kOff && s.taa_filter == TaaFilter::kSpline),
+      .resampling = s.antialias != Antialias::kOff ? static_cast<int>(s.taa_filter) : kCatmullRom,
+      .extrapolate_motion = Int(s.taa_extrapolate_motion),
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
                           ? DiffuseSignals(plan->signals, ~0u)
                           : 0,

@@ -539,12 +539,21 @@ std::vector<Row> MakeTable() {
       {.info = {.name = "taa_filter",
                 .type = kChoice,
                 .group = "antialias",
-                .help = "Filter that resamples the previous picture along the motion. The cubic "
-                        "spline through its pixels keeps textures sharper than Catmull-Rom's "
-                        "kernel, which every frame blurs a little.",
-                .max = 1,
-                .choices = {"catmull_rom", "spline"}},
+                .help = "Filter that resamples the previous picture along the motion, in every "
+                        "frame anew. Catmull-Rom's kernel blurs a little each time; the cubic "
+                        "spline through the pixels keeps textures sharper; subcell resolution "
+                        "places a step inside each pixel that lies between its neighbours, so "
+                        "that edges stay sharp too.",
+                .max = 2,
+                .choices = {"catmull_rom", "spline", "subcell"}},
        .member = Choice<Settings, &Settings::taa_filter>()},
+      {.info = {.name = "taa_extrapolate_motion",
+                .type = kFlag,
+                .group = "antialias",
+                .help = "The previous picture beside a silhouette is fetched along the motion of "
+                        "the surface in front: extrapolate that to the pixel, where the surface "
+                        "moves differently from pixel to pixel, rather than take the neighbour's."},
+       .member = &Settings::taa_extrapolate_motion},
       {.info = {.name = "taa_clamp",
                 .type = kChoice,
                 .group = "antialias",

@@ -3,7 +3,9 @@
 
 // Rejection of the previous picture in temporal antialiasing.
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -55,6 +57,140 @@ TEST(Antialias, AlbedoAgreement) {
   EXPECT_NEAR(AlbedoAgreement(0.8f, 0.7f), 1 - 0.5 * 0.8 / 0.802, 1e-6);
   EXPECT_EQ(AlbedoAgreement(0.8f, 0.5f), 0.0f);
   EXPECT_EQ(AlbedoAgreement(0.0f, 1.0f), 0.0f);
+}
+
+/// Integral of a pixel over a part of it, from and to in 0..1: of the step between the neighbours'
+/// values whose mean is the pixel's own value, or of a constant.
+double PartOfPixel(double before, double own, double after, double from, double to) {
+  if ((own - before) * (after - own) < 0 || before == after) {
+    return own * (to - from);
+  }
+  const double step = (after - own) / (after - before);  // where the value of `after` begins
+  const double of_before = std::clamp(step, from, to) - from;
+  return before * of_before + after * (to - from - of_before);
+}
+
+TEST(Antialias, SubcellRowsAreIntegralsOfStepsAndASpline) {
+  for (uint32_t i = 0; i < 2000; ++i) {
+    float v[4];
+    for (uint32_t k = 0; k < 4; ++k) {
+      v[k] = std::floor(8 * test::Random(i, k, 1u)) * (i % 2 == 0 ? 0.25f : 40.0f) - 1.0f;
+    }
+    const float t = i % 7 == 0 ? 0.0f : test::Random(i, 4u, 1u);
+    const double steps = PartOfPixel(v[0], v[1], v[2], t, 1) + PartOfPixel(v[1], v[2], v[3], 0, t);
+    const vec4 w = CatmullRom(t);
+    double cubic = 0;
+    for (int k = 0; k < 4; ++k) {
+      cubic += static_cast<double>(w[k]) * static_cast<double>(v[k]);
+    }
+    const double expected = 0.75 * steps + 0.25 * cubic;
+    EXPECT_NEAR(ResampleSubcell(v[0], v[1], v[2], v[3], t), expected,
+                2e-6 * (1 + std::abs(expected) + std::abs(v[1])))
+        << i;
+  }
+}
+
+TEST(Antialias, SubcellKeepsConstantsAndGradients) {
+  for (const float t : {0.0f, 0.1f, 0.5f, 0.8f, 1.0f}) {
+    EXPECT_EQ(ResampleSubcell(7, 7, 7, 7, t), 7.0f);
+    EXPECT_FLOAT_EQ(ResampleSubcell(1, 2, 3, 4, t), 2 + t);
+    EXPECT_FLOAT_EQ(ResampleSubcell(9, 6, 3, 0, t), 6 - 3 * t);
+  }
+  EXPECT_EQ(ResampleSubcell(3, -8, 5, 1, 0), -8.0f);
+  EXPECT_EQ(ResampleSubcell(3, -8, 5, 1, 1), 5.0f);
+}
+
+TEST(Antialias, SubcellKeepsEdgesWithinAPixel) {
+  constexpr int kPixels = 64;
+  const auto moved = [](const auto& resample) {
+    const auto covered = [](int x, double edge) { return std::clamp(x + 0.5 - edge, 0.0, 1.0); };
+    double edge = 50.3;
+    std::vector<float> row(kPixels);
+    for (int x = 0; x < kPixels; ++x) {
+      row[static_cast<size_t>(x)] = static_cast<float>(covered(x, edge));
+    }
+    for (int i = 0; i < 10; ++i) {  // about as many as a picture holds
+      std::vector<float> next(kPixels);
+      for (int x = 0; x < kPixels; ++x) {
+        const auto tap = [&](int k) {
+          return row[static_cast<size_t>(std::clamp(x + k, 0, kPixels - 1))];
+        };
+        next[static_cast<size_t>(x)] = resample(tap(-1), tap(0), tap(1), tap(2), 0.45f);
+      }
+      row = next;
+      edge -= 0.45;
+    }
+    double error = 0;
+    for (int x = 0; x < kPixels; ++x) {
+      error += std::abs(static_cast<double>(row[static_cast<size_t>(x)]) - covered(x, edge));
+    }
+    return error;
+  };
+  const double cubic = moved([](float a, float b, float c, float d, float t) {
+    const vec4 w = CatmullRom(t);
+    return w.x * a + w.y * b + w.z * c + w.w * d;
+  });
+  const double subcell = moved(
+      [](float a, float b, float c, float d, float t) { return ResampleSubcell(a, b, c, d, t); });
+  EXPECT_GT(cubic, 0.5);
+  EXPECT_LT(subcell, 0.35 * cubic);
+}
+
+TEST(Antialias, ExtrapolatedMotion) {
+  const auto expect = [](vec2 found, float x, float y) {
+    EXPECT_FLOAT_EQ(found.x, x);
+    EXPECT_FLOAT_EQ(found.y, y);
+  };
+  const vec2 m(3.0f, -1.0f);
+  expect(ExtrapolatedMotion(m, vec2(2.75f, -1.125f), vec2(2.5f, -1.25f)), 3.25f, -0.875f);
+  expect(ExtrapolatedMotion(m, vec2(2.75f, -1.0f), vec2(2.4f, -1.1f)), 3.25f,
+         -1.0f);  // bends a little
+  expect(ExtrapolatedMotion(m, m, m), 3.0f, -1.0f);
+  // Moves apart, and more than a little bend along an axis.
+  expect(ExtrapolatedMotion(m, vec2(2.5f, -1.0f), vec2(2.0f, -1.0f)), 3.0f, -1.0f);
+  expect(ExtrapolatedMotion(m, vec2(2.75f, -1.0f), vec2(2.75f, -1.0f)), 3.0f, -1.0f);
+  expect(ExtrapolatedMotion(m, vec2(2.75f, -1.0f), vec2(2.5f, -1.2f)), 3.0f, -1.0f);
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  expect(ExtrapolatedMotion(m, vec2(nan, -1.0f), vec2(2.5f, -1.0f)), 3.0f, -1.0f);
+  expect(ExtrapolatedMotion(m, vec2(2.75f, -1.0f), vec2(2.5f, nan)), 3.0f, -1.0f);
+}
+
+// The picture is a gradient, so that it shows the motion along which it was fetched.
+TEST(Antialias, SilhouettesMoveAsTheSurfaceInFront) {
+  constexpr int kEdge = 10;  // the first pixel of the wall behind
+  const auto followed = [](Backend backend, bool extrapolates, int thickness, float broken) {
+    Settings s = PresetSettings("svgf").value();
+    s.wavelet = Wavelet::kOff;
+    s.temporal = false;
+    s.antialias = Antialias::kTaa;
+    s.taa_alpha = 0.5f;
+    s.taa_extrapolate_motion = extrapolates;
+    Denoiser d = Denoiser::Create(s, backend).value();
+    DenoisedFrame out;
+    for (int i = 0; i < 2; ++i) {
+      Frame f = MakeWall(24, 8, i);
+      FillImage<3>(&f.emission, [](int x, int, int) { return 0.1f * static_cast<float>(x); });
+      for (int y = 0; y < 8; ++y) {
+        for (int x = kEdge - thickness; x < kEdge; ++x) {
+          f.guides.depth(x, y) = 2;
+          f.guides.id(x, y) = 2;
+          f.guides.motion[0](x, y) = 0.2f + 0.05f * static_cast<float>(x);
+        }
+        f.guides.motion[0](kEdge - 2, y) += broken;
+      }
+      EXPECT_TRUE(d.Denoise(f, &out).ok());
+    }
+    return (out.colour[1](kEdge, 4) - 0.1f * kEdge) / 0.05f;
+  };
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
+    EXPECT_NEAR(followed(backend, false, 6, 0), 0.65f, 1e-4f);  // of the neighbour
+    EXPECT_NEAR(followed(backend, true, 6, 0), 0.7f, 1e-4f);    // continued
+    EXPECT_NEAR(followed(backend, true, 6, nan), 0.65f, 1e-4f);
+    EXPECT_NEAR(followed(backend, true, 3, 0), 0.7f, 1e-4f);
+    EXPECT_NEAR(followed(backend, true, 2, 0), 0.65f, 1e-4f);      // too thin
+    EXPECT_NEAR(followed(backend, true, 6, -0.2f), 0.65f, 1e-4f);  // another motion, as of an image
+  }
 }
 
 TEST(Antialias, NewPicturesCountMoreWhereThePictureMoves) {

@@ -453,6 +453,7 @@ TEST(Denoiser, EveryParameterChangesThePicture) {
       {"taa_alpha", "0.5", {}},
       {"taa_moving_alpha", "1", {}},
       {"taa_filter", "catmull_rom", {}},
+      {"taa_extrapolate_motion", "off", {}},
       {"taa_clamp", "picture", {}},
       {"taa_follow_light", "off", {}},
       {"taa_tonemapped", "on", {}},

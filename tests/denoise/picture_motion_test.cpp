@@ -56,7 +56,7 @@ struct Wall {
 TEST(PictureMotion, FollowsImagesExceptNearSilhouettes) {
   const Image2 motion = Wall().Motion();
   for (int x = 0; x < kWidth; ++x) {
-    EXPECT_EQ(motion[0](x, 8), x < kWidth / 2 - 2 ? 2 : 1) << x;
+    EXPECT_EQ(motion[0](x, 8), x < kWidth / 2 - 1 ? 2 : 1) << x;
     EXPECT_EQ(motion[1](x, 8), 0);
   }
 }

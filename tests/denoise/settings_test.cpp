@@ -73,6 +73,7 @@ TEST(Settings, PublishedValuesOfPsvgf) {
       {"taa_alpha", "0.1"},
       {"taa_moving_alpha", "0"},
       {"taa_filter", "catmull_rom"},
+      {"taa_extrapolate_motion", "off"},
       {"taa_clamp", "picture"},
       {"taa_follow_light", "off"},
       {"dither", "1"},

@@ -4,6 +4,8 @@
 // Stages that run together, row by row, must leave the very bits of one after the other.
 #include <cmath>
 
+#include <vector>
+
 #include <gtest/gtest.h>
 
 #include "denoise/cpu/fused/fused.h"
@@ -161,6 +163,19 @@ struct Texture {
   Image1 depth_before;  ///< edges of both surfaces in places
 };
 
+/// Each filter that resamples the last image, with and without extrapolated motion.
+std::vector<AntialiasParameters> EveryResampling() {
+  std::vector<AntialiasParameters> all;
+  for (const int resampling : {kCatmullRom, kSpline, kSubcell}) {
+    for (const int extrapolate : {0, 1}) {
+      all.push_back(test::DefaultPlan().antialias);
+      all.back().resampling = resampling;
+      all.back().extrapolate_motion = extrapolate;
+    }
+  }
+  return all;
+}
+
 // In vectors of one motion, of several, and of as many as pixels.
 TEST(Antialias, FollowsAnyMotion) {
   const GuidePlanes guides = test::MakeGuides(true);
@@ -175,8 +190,8 @@ TEST(Antialias, FollowsAnyMotion) {
     }
   }
   const Image3 coefficients = RandomImage(130);
-  const AntialiasParameters& p = test::DefaultPlan().antialias;
-  for (const Image3* spline : {static_cast<const Image3*>(nullptr), &coefficients}) {
+  for (const AntialiasParameters& p : EveryResampling()) {
+    const Image3* const spline = p.resampling == kSpline ? &coefficients : nullptr;
     const AntialiasInput in = {previous, motion, guides, spline};
     Image3 expected(kWidth, kHeight);
     reference::Antialias(colour, in, p, &expected);
@@ -201,8 +216,8 @@ TEST(Antialias, ClampsTheLightOfAnyMotion) {
   const Image3 colour = RandomImage(170);
   const Image3 coefficients = RandomImage(130);
   const Texture texture;
-  const AntialiasParameters& p = test::DefaultPlan().antialias;
-  for (const Image3* spline : {static_cast<const Image3*>(nullptr), &coefficients}) {
+  for (const AntialiasParameters& p : EveryResampling()) {
+    const Image3* const spline = p.resampling == kSpline ? &coefficients : nullptr;
     for (const Image3* before : {&texture.before, static_cast<const Image3*>(nullptr)}) {
       AntialiasInput in = {previous, motion, guides, spline};
       in.length = &texture.length;

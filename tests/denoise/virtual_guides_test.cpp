@@ -291,7 +291,7 @@ TEST(VirtualGuides, ImagesThatWereOutOfSightBeginAnew) {
     }
     frames.push_back(std::move(f));
   }
-  for (const TaaFilter filter : {TaaFilter::kSpline, TaaFilter::kCatmullRom}) {
+  for (const TaaFilter filter : {TaaFilter::kSubcell, TaaFilter::kSpline, TaaFilter::kCatmullRom}) {
     Settings settings = PresetSettings("default").value();
     settings.taa_filter = filter;
     const Image3 picture = Denoised(settings, frames);

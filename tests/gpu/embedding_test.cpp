@@ -165,7 +165,7 @@ TEST_F(Embedding, FramesHaveAKnownNumberOfDispatchesAndBarriers) {
   };
   auto upload = Upload(device_->context(), MakeBusyFrame(kWidth, kHeight, 0));
   for (const Known& known : {Known{"temporal", 7, 7}, Known{"svgf", 18, 18}, Known{"psvgf", 19, 19},
-                             Known{"default", 49, 44}}) {
+                             Known{"default", 47, 44}}) {
     Result<VulkanDenoiser> made = VulkanDenoiser::Create(context(), options(known.preset));
     ASSERT_TRUE(made.ok()) << made.status().message();
     for (int i = 0; i < 4; ++i) {

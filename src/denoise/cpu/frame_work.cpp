@@ -150,7 +150,7 @@ void MakeRoom(const FramePlan& plan, int width, int height, FrameWork* work) {
   if (work->picture.width() != width || work->picture.height() != height) {
     work->picture = Image3(width, height);
   }
-  if (plan.antialias.spline != 0 &&
+  if (plan.antialias.resampling == kSpline &&
       (work->spline.width() != width || work->spline.height() != height)) {
     work->spline = Image3(width, height);
   }

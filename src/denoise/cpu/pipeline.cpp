@@ -30,7 +30,7 @@
 //   remodulate           -        colours, albedo, unfiltered    image
 //   fxaa                 9        image, length                  image
 //   sum_albedo           8        albedos, images                albedo, range        (its antialiased sum is kept for the next frame)
-//   spline_coefficients  4        last image, last albedo        coefficients         (only with motion)
+//   spline_coefficients  4        last image, last albedo        coefficients         (only with motion and taa_filter=spline)
 //   follow_light         blocks   light, guides, motion          ratio                light per block      (not before the second image)
 //   antialias            4x4      image, coefficients, motion    image                kept for the next frame
 //
@@ -400,7 +400,7 @@ void RunAntialias(const CpuPipeline& p, const FrameInput& in, const PictureParts
   Image3* scratch = &work->layers.front().scratch;
   FindShownImages(p.plan, in, work);
   AntialiasInput antialias = {history->picture, PictureMotion(p.plan, in, work), surface.guides};
-  const bool resamples = p.plan.antialias.spline != 0 && Moves(antialias.motion);
+  const bool resamples = p.plan.antialias.resampling == kSpline && Moves(antialias.motion);
   if (resamples) {
     p.stages.spline_coefficients(history->picture, &work->spline);
     antialias.spline = &work->spline;

@@ -143,13 +143,56 @@ RowsAround FindRowsAround(const Image2& motion, const GuidePlanes& guides, const
   return rows;
 }
 
+/// ExtrapolatedMotion for a vector of pixels of row y. \param to_x, to_y  offset of the nearest
+///     surface in front of each, 0: none. \param mx, my  its motion; result
+inline void ExtrapolateMotion(const Image2& motion, const GuidePlanes& guides, VF to_x, VF to_y,
+                              int x, int y, VF* mx, VF* my) {
+  const DF d;
+  const DI di;
+  const VI dx = hn::ConvertTo(di, to_x);
+  const VI dy = hn::ConvertTo(di, to_y);
+  VI qx = hn::Add(ColumnNumbers(x), dx);
+  VI qy = hn::Add(hn::Set(di, y), dy);
+  const VF here = GatherClamped(guides.inverse_depth, qx, qy);
+  const VF slope = hn::MulAdd(GatherClamped(guides.gradient[0], qx, qy), to_x,
+                              hn::Mul(GatherClamped(guides.gradient[1], qx, qy), to_y));
+  VF distance = hn::Zero(d);
+  VF plane = here;
+  VF next_x[2];
+  VF next_y[2];
+  for (int k = 0; k < 2; ++k) {
+    qx = hn::Add(qx, dx);
+    qy = hn::Add(qy, dy);
+    plane = hn::Add(plane, slope);
+    const VF found = GatherClamped(guides.inverse_depth, qx, qy);
+    distance = hn::Max(distance, hn::Abs(hn::Sub(found, plane)));
+    next_x[k] = GatherClamped(motion[0], qx, qy);
+    next_y[k] = GatherClamped(motion[1], qx, qy);
+  }
+  const VF cx = hn::Sub(*mx, next_x[0]);
+  const VF cy = hn::Sub(*my, next_y[0]);
+  const VF bend_x = hn::Abs(hn::Sub(cx, hn::Sub(next_x[0], next_x[1])));
+  const VF bend_y = hn::Abs(hn::Sub(cy, hn::Sub(next_y[0], next_y[1])));
+  const VF most = hn::Set(d, kMostMotionChange);
+  const VF most_bend = hn::Mul(hn::Set(d, kMostBend), hn::Max(hn::Abs(cx), hn::Abs(cy)));
+  const MF small = hn::And(hn::Lt(hn::Abs(cx), most), hn::Lt(hn::Abs(cy), most));
+  const MF straight = hn::And(hn::Le(bend_x, most_bend), hn::Le(bend_y, most_bend));
+  const MF same = hn::Le(distance, hn::Mul(hn::Set(d, kInFront), here));
+  const MF continues = hn::And(same, hn::And(small, straight));
+  *mx = hn::Add(*mx, hn::IfThenElseZero(continues, cx));
+  *my = hn::Add(*my, hn::IfThenElseZero(continues, cy));
+}
+
 /// \tparam kStill  all neighbours have zero motion
 /// \tparam kInner  neighbours exist in all columns, so that plain loads suffice; else the image
 ///     edge is repeated
 template <bool kStill, bool kInner>
-HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int width, int height) {
+HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, const AntialiasInput& in,
+                                    bool extrapolates, int x, int y) {
   const DF d;
   const DI di;
+  const int width = in.previous.width();
+  const int height = in.previous.height();
   Neighbourhood n;
   const auto& clamped = rows.texture.albedo[1][0] != nullptr ? rows.texture.light : rows.colour;
   for (int c = 0; c < 3; ++c) {
@@ -163,6 +206,8 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
   const VF slack = hn::MulAdd(hn::Set(d, kInFront), centre, centre);
   n.longest = hn::Zero(d);
   VF nearest = centre;
+  VF to_x = hn::Zero(d);
+  VF to_y = hn::Zero(d);
   n.mx = of_centre(rows.motion[1][0]);
   n.my = of_centre(rows.motion[1][1]);
   for (int j = 0; j < 3; ++j) {
@@ -196,8 +241,14 @@ HWY_INLINE Neighbourhood LookAround(const RowsAround& rows, int x, int y, int wi
         nearest = hn::IfThenElse(nearer, i, nearest);
         n.mx = hn::IfThenElse(nearer, load(rows.motion[j][0]), n.mx);
         n.my = hn::IfThenElse(nearer, load(rows.motion[j][1]), n.my);
+        to_x = hn::IfThenElse(nearer, ox, to_x);
+        to_y = hn::IfThenElse(nearer, hn::Set(d, row_offset), to_y);
       }
     }
+  }
+  const MF silhouette = hn::And(hn::Gt(nearest, centre), InRow(x, width));
+  if (!kStill && extrapolates && !hn::AllFalse(d, silhouette)) {
+    ExtrapolateMotion(in.motion, in.guides, to_x, to_y, x, y, &n.mx, &n.my);
   }
   return n;
 }
@@ -226,7 +277,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   const DF d;
   const int width = in.previous.width();
   const int height = in.previous.height();
-  const Neighbourhood n = LookAround<kStill, kInner>(rows, x, y, width, height);
+  const Neighbourhood n = LookAround<kStill, kInner>(rows, in, p.extrapolate_motion != 0, x, y);
   const VF px = hn::Add(ColumnsFrom(x), n.mx);
   const VF py = hn::Add(hn::Set(d, static_cast<float>(y)), n.my);
   const VF edge = hn::Set(d, -0.5f);
@@ -246,8 +297,9 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
       SamplePrevious(from, at, to);
     }
   };
+  const bool subcell = p.resampling == kSubcell;
   VF before[3];
-  sample({in.previous, in.spline}, before);
+  sample({in.previous, in.spline, subcell}, before);
   if (rows.ratio != nullptr) {
     const VF ratio = hn::LoadU(d, rows.ratio + x);
     for (int c = 0; c < 3; ++c) {
@@ -257,7 +309,7 @@ HWY_INLINE void AntialiasVector(const RowsAround& rows, const AntialiasInput& in
   const bool clamps_light = rows.texture.albedo[1][0] != nullptr;
   VF albedo[3] = {hn::Zero(d), hn::Zero(d), hn::Zero(d)};
   if (clamps_light) {
-    sample({*in.texture->before, in.texture->spline}, albedo);
+    sample({*in.texture->before, in.texture->spline, subcell}, albedo);
     const Ranges albedos = RangesAround<kInner>(rows.texture.albedo, x, width);
     ClampAlbedo<kInner>(rows.texture, in, albedos, at, x, y, albedo);
     ClampLight(n.range, RangesAround<kInner>(rows.colour, x, width), albedos, albedo, before);

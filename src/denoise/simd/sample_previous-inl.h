@@ -1,8 +1,8 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 
-// Images of the last frame, resampled at the previous positions of pixels: Catmull-Rom or B-spline
-// over 4x4 pixels.
+// Images of the last frame, resampled at the previous positions of pixels over 4x4 pixels:
+// Catmull-Rom, B-spline or ResampleSubcell.
 #if defined(STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_) == defined(HWY_TARGET_TOGGLE)
 #ifdef STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_
 #undef STILLRAY_DENOISE_SIMD_SAMPLE_PREVIOUS_INL_H_
@@ -56,6 +56,56 @@ struct PreviousPlace {
   VF u, v;
 };
 
+HWY_INLINE VF Minmod(VF a, VF b) {
+  const DF d;
+  const VF zero = hn::Zero(d);
+  return hn::Add(hn::Max(hn::Min(a, b), zero), hn::Min(hn::Max(a, b), zero));
+}
+
+/// A fractional offset t of a vector of pixels, for ResampleSubcell.
+struct SubcellWeights {
+  VF t, last;     ///< last: 1 - t
+  VF begin, end;  ///< Catmull-Rom's share of the second differences
+
+  explicit SubcellWeights(VF offset) : t(offset) {
+    const DF d;
+    last = hn::Sub(hn::Set(d, 1.0f), t);
+    const VF both = hn::Mul(hn::Set(d, -0.5f * (1.0f - kStepShare)), hn::Mul(t, last));
+    begin = hn::Mul(both, last);
+    end = hn::Mul(both, t);
+  }
+};
+
+/// ResampleSubcell for a vector of pixels.
+HWY_INLINE VF ResampleSubcell(const VF taps[4], const SubcellWeights& w) {
+  const DF d;
+  const VF before = hn::Sub(taps[1], taps[0]);
+  const VF between = hn::Sub(taps[2], taps[1]);
+  const VF after = hn::Sub(taps[3], taps[2]);
+  const VF moved = hn::Mul(w.t, between);
+  const VF steps = hn::Sub(Minmod(hn::Mul(w.t, before), hn::Sub(between, moved)),
+                           Minmod(hn::Mul(w.last, after), moved));
+  VF sum = hn::MulAdd(hn::Set(d, kStepShare), steps, hn::Add(taps[1], moved));
+  sum = hn::MulAdd(w.begin, hn::Sub(between, before), sum);
+  return hn::MulAdd(w.end, hn::Sub(after, between), sum);
+}
+
+/// ResampleSubcell along rows, then along columns. \param load  see SampleTaps
+template <typename Load>
+HWY_INLINE void SampleSubcell(const PreviousPlace& place, const Load& load, VF before[3]) {
+  const SubcellWeights wx(place.u);
+  const SubcellWeights wy(place.v);
+  for (int c = 0; c < 3; ++c) {
+    VF rows[4];
+    for (int j = 0; j < 4; ++j) {
+      const VF taps[4] = {load(-1, j - 1, c), load(0, j - 1, c), load(1, j - 1, c),
+                          load(2, j - 1, c)};
+      rows[j] = ResampleSubcell(taps, wx);
+    }
+    before[c] = ResampleSubcell(rows, wy);
+  }
+}
+
 /// The filter over 4x4 taps.
 /// \param load  takes a column and a row, -1..2, and a channel
 template <typename Load>
@@ -95,11 +145,23 @@ HWY_INLINE VF GatherClamped(const Image1& plane, VI x, VI y) {
   return hn::GatherIndex(d, plane.Row(0), hn::Add(hn::Mul(row, stride), column));
 }
 
-/// An image of the last frame, and its spline coefficients or nullptr.
+/// An image of the last frame, and how it is resampled.
 struct PreviousImage {
   const Image3& image;
-  const Image3* spline;
+  const Image3* spline;  ///< its spline coefficients; nullptr: not with a spline
+  bool subcell;          ///< ResampleSubcell
 };
+
+/// The filter of an image over 4x4 taps. \param load  see SampleTaps
+template <typename Load>
+HWY_INLINE void FilterTaps(const PreviousImage& from, const PreviousPlace& place, const Load& load,
+                           VF before[3]) {
+  if (from.subcell) {
+    SampleSubcell(place, load, before);
+  } else {
+    SampleTaps(from.spline != nullptr, place, load, before);
+  }
+}
 
 /// Positions of a vector of pixels in the last frame.
 struct PreviousPixels {
@@ -129,8 +191,8 @@ HWY_NOINLINE inline void GatherPrevious(const PreviousImage& from, const Previou
                                         VF before[3]) {
   const DI di;
   const Image3& taps = from.spline != nullptr ? *from.spline : from.image;
-  SampleTaps(
-      from.spline != nullptr, at.place,
+  FilterTaps(
+      from, at.place,
       [&](int i, int j, int c) HWY_ATTR {
         return GatherClamped(taps[c], hn::Add(at.place.x, hn::Set(di, i)),
                              hn::Add(at.place.y, hn::Set(di, j)));
@@ -161,8 +223,8 @@ HWY_INLINE void SamplePrevious(const PreviousImage& from, const PreviousPixels& 
   for (int c = 0; c < 3; ++c) {
     first[c] = taps[c].Row(block.y) + block.x;
   }
-  SampleTaps(
-      from.spline != nullptr, at.place,
+  FilterTaps(
+      from, at.place,
       [&](int i, int j, int c) HWY_ATTR { return hn::LoadU(d, first[c] + j * stride + i); },
       before);
   if (!hn::AllFalse(d, at.whole)) {

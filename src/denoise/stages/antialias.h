@@ -6,16 +6,16 @@
 /// output, fetched with a Catmull-Rom filter along the motion of the nearest surface of the 3x3
 /// neighbourhood in front of the pixel's own (so that edges move with the nearer surface), is
 /// clamped to the 3x3 neighbourhood of the current image and blended, regardless of the
-/// disocclusion test. Departs from them: with `spline` the previous output is interpolated by a
-/// cubic spline (spline_coefficients.h), since Catmull-Rom's kernel blurs fine texture at every
-/// fractional offset, and an image is resampled ten times before it has faded; while the history of
-/// a pixel is short, the weight of the previous output is no larger than that of the history (if
-/// the noise is large, the clamp lets a wrong colour pass), and a confidence below 1 reduces it;
-/// runs on scene-linear radiance, before the tone curve, so that linear files are antialiased too,
-/// and blends linear radiance, which converges to the box-filtered image. `tone_scale` blends under
-/// a tone curve instead, as SVGF does, which smooths edges of bright light, but darkens textures of
-/// high contrast (by up to 5 %). With `ratio` the previous output is multiplied by the change of
-/// the radiance (follow_light.h).
+/// disocclusion test. Departs from them: `resampling` may be a cubic spline (spline_coefficients.h)
+/// or ResampleSubcell, since Catmull-Rom's kernel blurs at every fractional offset, and an image is
+/// resampled ten times before it has faded; beside a silhouette the motion of the surface in front
+/// is extrapolated (`extrapolate_motion`); while the history of a pixel is short, the weight of the
+/// previous output is no larger than that of the history (if the noise is large, the clamp lets a
+/// wrong colour pass), and a confidence below 1 reduces it; runs on scene-linear radiance, before
+/// the tone curve, so that linear files are antialiased too, and blends linear radiance, which
+/// converges to the box-filtered image. `tone_scale` blends under a tone curve instead, as SVGF
+/// does, which smooths edges of bright light, but darkens textures of high contrast (by up to 5 %).
+/// With `ratio` the previous output is multiplied by the change of the radiance (follow_light.h).
 ///
 /// With `texture` the demodulated previous output (divided by its albedo) is clamped, not the
 /// output itself. Rays of one frame miss lines that are thinner than a pixel, so that the clamp
@@ -30,8 +30,8 @@
 /// where the albedo is outside its own range there.
 ///
 /// State: the previous output and, with `texture`, its albedo. Border: 1 pixel, with `texture` 2;
-/// reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12 bytes per pixel; with `texture`
-/// 54 and 32 x 12, 24.
+/// with `extrapolate_motion` 3; reads 4x4 taps along the motion. Reads 36 and 16 x 12, writes 12
+/// bytes per pixel; with `texture` 54 and 32 x 12, 24.
 #pragma once
 
 #include "denoise/planes.h"

@@ -1,7 +1,9 @@
 // SPDX-FileCopyrightText: the stillray developers
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "core/shared.h"
@@ -20,25 +22,48 @@ vec3 Load(const Image3& image, int x, int y) {
 }
 
 /// Motion of the nearest surface of the 3x3 neighbourhood in front of the centre, else that of the
-/// centre; of equal depths the first in row order.
-vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, int x, int y) {
+/// centre; of equal depths the first in row order. \param extrapolates  ExtrapolatedMotion
+vec2 NearestMotion(const Image2& motion, const GuidePlanes& guides, bool extrapolates, int x,
+                   int y) {
+  const auto clamped = [&](int qx, int qy) {
+    return std::pair(std::clamp(qx, 0, motion.width() - 1), std::clamp(qy, 0, motion.height() - 1));
+  };
+  const auto gradient_at = [&](int qx, int qy) {
+    return vec2(guides.gradient[0](qx, qy), guides.gradient[1](qx, qy));
+  };
+  const auto motion_at = [&](int qx, int qy) { return vec2(motion[0](qx, qy), motion[1](qx, qy)); };
   const float centre = guides.inverse_depth(x, y);
-  const vec2 gradient = {guides.gradient[0](x, y), guides.gradient[1](x, y)};
+  const vec2 gradient = gradient_at(x, y);
   float nearest = centre;
-  vec2 result = {motion[0](x, y), motion[1](x, y)};
+  vec2 to_nearest(0.0f);
   for (int dy = -1; dy <= 1; ++dy) {
     for (int dx = -1; dx <= 1; ++dx) {
-      const int qx = std::clamp(x + dx, 0, motion.width() - 1);
-      const int qy = std::clamp(y + dy, 0, motion.height() - 1);
+      const auto [qx, qy] = clamped(x + dx, y + dy);
       const vec2 offset = {static_cast<float>(qx - x), static_cast<float>(qy - y)};
       if (guides.inverse_depth(qx, qy) > nearest &&
           StandsInFront(centre, guides.inverse_depth(qx, qy), gradient, offset)) {
         nearest = guides.inverse_depth(qx, qy);
-        result = {motion[0](qx, qy), motion[1](qx, qy)};
+        to_nearest = offset;
       }
     }
   }
-  return result;
+  const int qx = x + static_cast<int>(to_nearest.x);
+  const int qy = y + static_cast<int>(to_nearest.y);
+  const vec2 result = motion_at(qx, qy);
+  if (!extrapolates || !(nearest > centre)) {
+    return result;
+  }
+  const vec2 gradient_of_nearest = gradient_at(qx, qy);
+  vec2 next[2];
+  for (int k = 0; k < 2; ++k) {
+    const vec2 offset = static_cast<float>(k + 1) * to_nearest;
+    const auto [nx, ny] = clamped(qx + static_cast<int>(offset.x), qy + static_cast<int>(offset.y));
+    if (!IsOnPlane(nearest, gradient_of_nearest, guides.inverse_depth(nx, ny), offset)) {
+      return result;
+    }
+    next[k] = motion_at(nx, ny);
+  }
+  return ExtrapolatedMotion(result, next[0], next[1]);
 }
 
 /// The longest history in the 3x3 neighbourhood.
@@ -73,11 +98,25 @@ float NewWeight(const AntialiasInput& in, float least, int x, int y) {
                           in.samples == nullptr ? 1.0f : (*in.samples)(x, y));
 }
 
-/// An image of the last frame, and its spline coefficients or nullptr.
+/// An image of the last frame, and how it is resampled.
 struct PreviousImage {
   const Image3& image;
-  const Image3* spline;
+  const Image3* spline;  ///< its spline coefficients; nullptr: not with a spline
+  bool subcell;          ///< ResampleSubcell
 };
+
+vec3 SampleSubcell(const Image3& image, int x, int y, float u, float v) {
+  vec3 result;
+  for (int c = 0; c < 3; ++c) {
+    std::array<float, 4> rows;
+    for (int j = 0; j < 4; ++j) {
+      const auto tap = [&](int i) { return Load(image, x + i - 1, y + j - 1)[c]; };
+      rows[static_cast<size_t>(j)] = ResampleSubcell(tap(0), tap(1), tap(2), tap(3), u);
+    }
+    result[c] = ResampleSubcell(rows[0], rows[1], rows[2], rows[3], v);
+  }
+  return result;
+}
 
 vec3 Sample(const PreviousImage& previous, vec2 place) {
   const float fx = std::floor(place.x);
@@ -86,6 +125,9 @@ vec3 Sample(const PreviousImage& previous, vec2 place) {
   const float v = place.y - fy;
   if (u == 0 && v == 0) {
     return Load(previous.image, static_cast<int>(fx), static_cast<int>(fy));
+  }
+  if (previous.subcell) {
+    return SampleSubcell(previous.image, static_cast<int>(fx), static_cast<int>(fy), u, v);
   }
   const bool spline = previous.spline != nullptr;
   const Image3& image = spline ? *previous.spline : previous.image;
@@ -170,11 +212,12 @@ bool WasBesideSurface(const Image1& inverse_depth, vec2 place) {
 
 /// The previous albedo at a position, clamped.
 /// \param around  the range of the albedo
-vec3 PreviousAlbedo(const AntialiasInput& in, const Range& around, vec2 place, int x, int y) {
+vec3 PreviousAlbedo(const AntialiasInput& in, bool subcell, const Range& around, vec2 place, int x,
+                    int y) {
   const SummedAlbedo& albedo = in.texture->albedo;
   const int bx = x / kAlbedoBlock;
   const int by = y / kAlbedoBlock;
-  const vec3 before = Sample({*in.texture->before, in.texture->spline}, place);
+  const vec3 before = Sample({*in.texture->before, in.texture->spline, subcell}, place);
   const vec3 inside = Clamp(before, {Load(albedo.low, bx, by), Load(albedo.high, bx, by)});
   const float n = in.samples == nullptr ? 1.0f : (*in.samples)(x, y);
   const bool beside_image = !albedo.beside_image.empty() && albedo.beside_image(x, y) != 0;
@@ -204,10 +247,10 @@ struct Previous {
   vec3 picture, albedo;
 };
 
-Previous FindPrevious(const Image3& colour, const AntialiasInput& in, float ratio, vec2 place,
-                      int x, int y) {
+Previous FindPrevious(const Image3& colour, const AntialiasInput& in, bool subcell, float ratio,
+                      vec2 place, int x, int y) {
   const auto now = [&](int qx, int qy) { return Load(colour, qx, qy); };
-  const vec3 before = ratio * Sample({in.previous, in.spline}, place);
+  const vec3 before = ratio * Sample({in.previous, in.spline, subcell}, place);
   const Range picture = RangeAround(now, x, y);
   if (in.texture == nullptr || in.texture->before == nullptr) {
     return {Clamp(before, picture), vec3(0.0f)};
@@ -217,7 +260,7 @@ Previous FindPrevious(const Image3& colour, const AntialiasInput& in, float rati
   };
   const Range albedos =
       RangeAround([&](int qx, int qy) { return Load(in.texture->albedo.sum, qx, qy); }, x, y);
-  const vec3 albedo = PreviousAlbedo(in, albedos, place, x, y);
+  const vec3 albedo = PreviousAlbedo(in, subcell, albedos, place, x, y);
   const vec3 clamped = PictureOf(Clamp(LightOf(before, albedo), RangeAround(light, x, y)), albedo);
   return {Clamp(clamped, Widened(picture, albedo, albedos)), albedo};
 }
@@ -235,7 +278,7 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
     }
     for (int x = 0; x < width; ++x) {
       const vec3 now = Load(colour, x, y);
-      const vec2 m = NearestMotion(in.motion, in.guides, x, y);
+      const vec2 m = NearestMotion(in.motion, in.guides, p.extrapolate_motion != 0, x, y);
       const vec2 place = {static_cast<float>(x) + m.x, static_cast<float>(y) + m.y};
       const bool inside = place.x > -0.5f && place.y > -0.5f &&
                           place.x < static_cast<float>(width) - 0.5f &&
@@ -244,8 +287,8 @@ void Antialias(const Image3& colour, const AntialiasInput& in, const AntialiasPa
       vec3 result = now;
       vec3 albedo = in.texture != nullptr ? Load(in.texture->albedo.sum, x, y) : vec3(0.0f);
       if (inside) {
-        const Previous before =
-            FindPrevious(colour, in, ratio[static_cast<size_t>(x)], place, x, y);
+        const Previous before = FindPrevious(colour, in, p.resampling == kSubcell,
+                                             ratio[static_cast<size_t>(x)], place, x, y);
         const float agreement = with_albedo ? AgreementOf(albedo, before.albedo) : 1.0f;
         const float alpha =
             NewWeight(in, MovingAlpha(p.taa_alpha, p.taa_moving_alpha, m, agreement), x, y);

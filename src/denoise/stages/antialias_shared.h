@@ -15,7 +15,8 @@ SHARED_BLOCK(AntialiasParameters) {
   float taa_alpha;         // weight of the new frame
   float taa_moving_alpha;  // minimum weight where the image moves
   int weigh_by_length;     // 1: larger where the history is short
-  int spline;              // 1: the last image is resampled with a B-spline, 0: Catmull-Rom
+  int resampling;          // of the last image: kCatmullRom, kSpline or kSubcell
+  int extrapolate_motion;  // 1: the motion at silhouettes is that of ExtrapolatedMotion
   int follow_light;        // number of signals that follow_light compares, from the first; 0: off
   int clamp_light;         // 1: the demodulated last image is clamped, 0: the image itself
   int image_albedo;        // 1: the albedo of reflected light is that of the reflected surface
@@ -23,12 +24,36 @@ SHARED_BLOCK(AntialiasParameters) {
   float tone_scale;        // images are blended under x / (1 + tone_scale x); 0: linearly
 };
 
+// Filters that resample the last image.
+const int kCatmullRom = 0;
+const int kSpline = 1;   // the cubic spline through the pixels
+const int kSubcell = 2;  // ResampleSubcell along rows, then along columns
+
 // Whether a neighbour is in front of the surface at a pixel, rather than part of it: i are inverse
 // depths, g the gradient at the pixel. On a surface at a grazing angle the motion differs at every
 // pixel, and the motion of the nearest one would distort it.
 const float kInFront = 0.02f;
 SHARED_FN bool StandsInFront(float i, float i_neighbour, vec2 g, vec2 offset) {
   return i_neighbour > i + g.x * offset.x + g.y * offset.y + kInFront * i;
+}
+
+// Motion of a surface at a pixel beside it, from its motion at a neighbour of that pixel and at the
+// next two pixels in the same direction, if those are on the plane of the neighbour's surface
+// (IsOnPlane). Where the motion changes from pixel to pixel, the motion of the neighbour differs
+// from that of the silhouette by a part of this change in every frame, and the silhouette lags by
+// as much, divided by the weight of the new image. The change must be that between the next two
+// pixels, nearly: beside the silhouette of a mirror pixels move with the mirror, the others with
+// the virtual image.
+// \param neighbour, next, last  pixels per frame; may be NaN
+const float kMostMotionChange = 0.5f;  // pixels per frame and pixel
+const float kMostBend = 0.5f;          // difference of both changes, relative to the first
+SHARED_FN vec2 ExtrapolatedMotion(vec2 neighbour, vec2 next, vec2 last) {
+  vec2 change = neighbour - next;
+  vec2 bend = change - (next - last);
+  float largest = max(abs(change.x), abs(change.y));
+  bool continues = abs(change.x) < kMostMotionChange && abs(change.y) < kMostMotionChange &&
+                   abs(bend.x) <= kMostBend * largest && abs(bend.y) <= kMostBend * largest;
+  return continues ? neighbour + change : neighbour;
 }
 
 // Demodulated value of an image: divided by the albedo. Without the added floor, the quotient would
@@ -124,6 +149,30 @@ SHARED_FN vec4 CatmullRom(float t) {
   float t3 = t2 * t;
   return vec4(-0.5f * t3 + t2 - 0.5f * t, 1.5f * t3 - 2.5f * t2 + 1.0f,
               -1.5f * t3 + 2.0f * t2 + 0.5f * t, 0.5f * t3 - 0.5f * t2);
+}
+
+// The argument that is nearer to 0; 0 if they differ in sign.
+SHARED_FN float Minmod(float a, float b) {
+  return max(min(a, b), 0.0f) + min(max(a, b), 0.0f);
+}
+
+// A row of pixels a, b, c, d, resampled at distance t from b, 0..1. Every pixel is a mean over its
+// area. If its value is between those of its neighbours, the row within it is taken as a step from
+// one to the other, at the place that keeps the mean (subcell resolution, Harten 1989), else as
+// constant; the result is the mean of that over the area of a pixel. For b the integral of the step
+// over the last 1-t of the pixel is (1-t) b + Minmod(t (b-a), (1-t) (c-b)). An edge that is
+// resampled in every frame thus remains within one pixel, while linear filters blur it anew. Steps
+// alone turn gradients to stairs over many frames; the share of Catmull-Rom's spline prevents that.
+const float kStepShare = 0.75f;
+SHARED_FN float ResampleSubcell(float a, float b, float c, float d, float t) {
+  float last = 1.0f - t;
+  float before = b - a;
+  float between = c - b;
+  float after = d - c;
+  float moved = t * between;
+  float steps = Minmod(t * before, between - moved) - Minmod(last * after, moved);
+  float cubic = -0.5f * t * last * (last * (between - before) + t * (after - between));
+  return b + moved + (kStepShare * steps + (1.0f - kStepShare) * cubic);
 }
 
 // Weights of the cubic B-spline at the distances of CatmullRom.

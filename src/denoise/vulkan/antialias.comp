@@ -37,11 +37,15 @@ float InverseDepth(ivec2 p) {
   return uintBitsToFloat(texelFetch(surface_image, p, 0).x);
 }
 
+vec2 Gradient(ivec2 p) {
+  return UnpackDetail(texelFetch(detail_image, p, 0), InverseDepth(p)).gradient;
+}
+
 // Motion of the nearest surface of the 3x3 neighbourhood in front of the centre, else that of the
 // centre; of equal depths the first in row order.
 vec2 NearestMotion(ivec2 p) {
   float centre = InverseDepth(p);
-  vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), centre).gradient;
+  vec2 gradient = Gradient(p);
   float nearest = centre;
   ivec2 place = p;
   for (int dy = -1; dy <= 1; ++dy) {
@@ -54,7 +58,21 @@ vec2 NearestMotion(ivec2 p) {
       }
     }
   }
-  return texelFetch(motion_image, place, 0).xy;
+  vec2 motion = texelFetch(motion_image, place, 0).xy;
+  if (antialias.extrapolate_motion == 0 || !(nearest > centre)) {
+    return motion;
+  }
+  vec2 gradient_of_nearest = Gradient(place);
+  vec2 next[2];
+  for (int k = 0; k < 2; ++k) {
+    ivec2 offset = (k + 1) * (place - p);
+    ivec2 q = ClampToPicture(place + offset);
+    if (!IsOnPlane(nearest, gradient_of_nearest, InverseDepth(q), vec2(offset))) {
+      return motion;
+    }
+    next[k] = texelFetch(motion_image, q, 0).xy;
+  }
+  return ExtrapolatedMotion(motion, next[0], next[1]);
 }
 
 // History length of a pixel's visible radiance: see TakeLengths of picture_motion.h.
@@ -80,6 +98,24 @@ struct Previous {
   vec3 albedo;  // 0 unless has_albedo
 };
 
+vec3 ResampleSubcell(vec3 taps[4], float t) {
+  return vec3(ResampleSubcell(taps[0].x, taps[1].x, taps[2].x, taps[3].x, t),
+              ResampleSubcell(taps[0].y, taps[1].y, taps[2].y, taps[3].y, t),
+              ResampleSubcell(taps[0].z, taps[1].z, taps[2].z, taps[3].z, t));
+}
+
+vec3 SampleSubcell(texture2D image, ivec2 first, vec2 t) {
+  vec3 rows[4];
+  for (int j = 0; j < 4; ++j) {
+    vec3 taps[4];
+    for (int i = 0; i < 4; ++i) {
+      taps[i] = texelFetch(image, ClampToPicture(first + ivec2(i, j)), 0).xyz;
+    }
+    rows[j] = ResampleSubcell(taps, t.x);
+  }
+  return ResampleSubcell(rows, t.y);
+}
+
 Previous SamplePrevious(vec2 place) {
   vec2 corner = floor(place);
   vec2 t = place - corner;
@@ -93,7 +129,14 @@ Previous SamplePrevious(vec2 place) {
     }
     return at;
   }
-  bool spline = antialias.spline != 0;
+  if (antialias.resampling == kSubcell) {
+    at.picture = SampleSubcell(picture_before, first, t) * picture_ratio;
+    if (has_albedo != 0) {
+      at.albedo = SampleSubcell(albedo_before, first, t);
+    }
+    return at;
+  }
+  bool spline = antialias.resampling == kSpline;
   vec4 wx = spline ? CubicSpline(t.x) : CatmullRom(t.x);
   vec4 wy = spline ? CubicSpline(t.y) : CatmullRom(t.y);
   for (int j = 0; j < 4; ++j) {
@@ -141,7 +184,7 @@ void AddTo(inout Range range, vec3 value) {
 // Whether another surface is within kTextureClear pixels along an axis.
 bool IsBesideSurface(ivec2 p) {
   float here = InverseDepth(p);
-  vec2 gradient = UnpackDetail(texelFetch(detail_image, p, 0), here).gradient;
+  vec2 gradient = Gradient(p);
   for (int k = 1; k <= kTextureClear; ++k) {
     for (int side = 0; side < 4; ++side) {
       int offset = side < 2 ? -k : k;

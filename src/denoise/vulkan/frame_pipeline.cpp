@@ -40,7 +40,7 @@
 //   fxaa                 image, length                       image                     16, 8
 //   follow_light         light, albedos, motion, of blocks   ratio of blocks           9 + inputs / 16, 2
 //   sum_albedo           albedos                             albedo, range of blocks   inputs, 9  (only with taa_clamp=light)
-//   spline_coefficients  last image, last albedo             light of the wavelet      16, 16
+//   spline_coefficients  last image, last albedo             light of the wavelet      16, 16  (only with taa_filter=spline)
 //   antialias            image, last image, motion           image, albedo, output     inputs + 65, 16 + output
 //   tonemap              image                               display                   8, 4
 // clang-format on
@@ -432,7 +432,7 @@ void FramePipeline::Finish(const FramePlan& plan, PassRecorder* recorder) {
     recorder->Run(Shader::kSumAlbedo, grid_, {i.albedo, i.albedo_range});
   }
   const auto& coefficients = i.wavelet;  // no longer read
-  if (plan.has_picture && plan.antialias.spline != 0) {
+  if (plan.has_picture && plan.antialias.resampling == kSpline) {
     recorder->Run(Shader::kSplineCoefficients, grid_, {i.shown, coefficients[0]});
     if (plan.has_albedo) {
       recorder->Run(Shader::kSplineCoefficients, grid_, {i.albedo_before, coefficients[1]});
