@@ -323,7 +323,7 @@ TEST(FrameSchedule, HasTheCommandsOfTheLibrary) {
     int barriers;
   };
   for (const Known& known : {Known{"temporal", 7, 7}, Known{"svgf", 18, 18}, Known{"psvgf", 19, 19},
-                             Known{"default", 49, 44}}) {
+                             Known{"default", 47, 44}}) {
     ScheduleOptions options = OptionsOf(known.preset);
     options.inputs.emplace_back("roughness");
     options.jittered = true;
