@@ -311,6 +311,19 @@ void PlanWavelet(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->pilot_signals = PilotSignals(s, plan->signals, facts.lights);
 }
 
+/// The filter's number in the shaders.
+int ResamplingOf(TaaFilter filter) {
+  switch (filter) {
+    case TaaFilter::kCatmullRom:
+      return kCatmullRom;
+    case TaaFilter::kSpline:
+      return kSpline;
+    case TaaFilter::kSubcell:
+      break;
+  }
+  return kSubcell;
+}
+
 void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
   plan->clip_outliers = {.clip_outliers = s.clip_outliers};
   if (plan->runs.restore_energy) {
@@ -332,7 +345,7 @@ void PlanPicture(const Settings& s, const FrameFacts& facts, FramePlan* plan) {
       .taa_alpha = s.taa_alpha,
       .taa_moving_alpha = s.taa_moving_alpha,
       .weigh_by_length = Int(s.temporal),
-      .resampling = s.antialias != Antialias::kOff ? static_cast<int>(s.taa_filter) : kCatmullRom,
+      .resampling = s.antialias != Antialias::kOff ? ResamplingOf(s.taa_filter) : kCatmullRom,
       .extrapolate_motion = Int(s.taa_extrapolate_motion),
       .follow_light = s.antialias != Antialias::kOff && s.temporal && s.taa_follow_light
                           ? DiffuseSignals(plan->signals, ~0u)

@@ -28,6 +28,25 @@ Frame MakeStripes(int64_t index, float brightness) {
   return f;
 }
 
+/// Of `default`, without the stages between accumulation and antialiasing.
+Settings UnfilteredSettings(float taa_alpha) {
+  Settings s = PresetSettings("default").value();
+  s.wavelet = Wavelet::kOff;
+  s.antialias = Antialias::kTaa;
+  s.taa_alpha = taa_alpha;
+  s.taa_follow_light = false;
+  s.limit_history = false;
+  return s;
+}
+
+/// Denoises the first 40 frames of MakeStripes, with the output "aliased".
+void DenoiseFortyStripes(Denoiser* d, DenoisedFrame* out) {
+  ASSERT_TRUE(d->SetOutputs({"aliased"}).ok());
+  for (int i = 0; i < 40; ++i) {
+    ASSERT_TRUE(d->Denoise(MakeStripes(i, 1.0f), out).ok());
+  }
+}
+
 TEST(Antialias, NewPictureWeight) {
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 1, 1), 1.0f);   // the first sample of a surface
   EXPECT_FLOAT_EQ(NewPictureWeight(0.1f, 4, 1), 0.25f);  // a plain mean while it is young
@@ -194,21 +213,13 @@ TEST(Antialias, SilhouettesMoveAsTheSurfaceInFront) {
 }
 
 TEST(Antialias, NewPicturesCountMoreWhereThePictureMoves) {
-  Settings s = PresetSettings("default").value();
-  s.wavelet = Wavelet::kOff;
-  s.antialias = Antialias::kTaa;
-  s.taa_alpha = 0.1f;
+  Settings s = UnfilteredSettings(0.1f);
   s.taa_moving_alpha = 0.4f;
   s.alpha_min = s.alpha_moments = 1;  // "aliased" is the light of the frame
-  s.taa_follow_light = false;
-  s.limit_history = false;
   for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
     Denoiser d = Denoiser::Create(s, backend).value();
-    ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
     DenoisedFrame out;
-    for (int i = 0; i < 40; ++i) {
-      ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
-    }
+    DenoiseFortyStripes(&d, &out);
     const Image3 before = out.colour;
     // The stripes change places. The lower half moves by whole pixels, at which nothing is
     // interpolated.
@@ -309,19 +320,11 @@ TEST(Antialias, APictureOfAnotherSurfaceIsForgotten) {
 // The previous picture holds the light of the last frame: it counts no more than that does.
 TEST(Antialias, APictureOfLightThatHoldsNoMoreCountsLess) {
   constexpr float kAlpha = 0.1f;
-  Settings s = PresetSettings("default").value();
-  s.wavelet = Wavelet::kOff;
-  s.antialias = Antialias::kTaa;
-  s.taa_alpha = kAlpha;
-  s.taa_follow_light = false;
-  s.limit_history = false;
+  const Settings s = UnfilteredSettings(kAlpha);
   for (const Backend backend : {Backend::kReference, Backend::kCpu}) {
     Denoiser d = Denoiser::Create(s, backend).value();
-    ASSERT_TRUE(d.SetOutputs({"aliased"}).ok());
     DenoisedFrame out;
-    for (int i = 0; i < 40; ++i) {
-      ASSERT_TRUE(d.Denoise(MakeStripes(i, 1.0f), &out).ok());
-    }
+    DenoiseFortyStripes(&d, &out);
     const Image3 before = out.colour;
     Frame next = MakeStripes(40, 1.0f);
     for (Signal& signal : next.signals) {
